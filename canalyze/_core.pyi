@@ -569,6 +569,12 @@ def can_id(text: str) -> tuple[int, bool] | None:
 def pdo(text: str) -> tuple[Literal["tpdo", "rpdo"], int] | None:
     """Read the name of a PDO, such as TPDO1."""
 
+def pdo_mapping(text: str) -> tuple[int, Literal["tpdo", "rpdo"], int, list[tuple[int, int, int]]] | None:
+    """Read PDO=MAPPING: node-ID, direction, number, and the objects of its mapping parameter (index, sub, value)."""
+
+def profile(text: str) -> int | None:
+    """Read the number of a device profile whose default mappings are known."""
+
 def address(text: str) -> tuple[int, int | None] | None:
     """Read index and sub-index of an object, 1017:00 in hexadecimal (1017h:0, 0x1017:00); no sub-index: all of them."""
 

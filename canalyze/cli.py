@@ -184,7 +184,7 @@ def _commanded(args: list[str]) -> list[str]:
 
 
 def _renamed(args: list[str]) -> list[str]:
-    """Put the spellings of today in place of former ones."""
+    """Return the arguments with former spellings replaced by those of today."""
     found: list[str] = []
     rest = list(args)
     while rest:

@@ -21,13 +21,21 @@ IO = "(1.0) can0 186#0102030405060708\n(1.1) can0 286#0100FFFF03000400\n"
 @pytest.mark.parametrize(
     ("text", "pdo", "entries"),
     [
-        ("181=6041:16,6064:32", (None, 1, "tpdo", 1), (0x60410010, 0x60640020)),
-        ("5.RPDO3=6040:16", (None, 5, "rpdo", 3), (0x60400010,)),
-        ("can1:501=6401:01:16,0005:8", ("can1", 1, "rpdo", 4), (0x64010110, 0x00050008)),
-        ("5.TPDO512=2000:1:1", (None, 5, "tpdo", 512), (0x20000101,)),
+        (
+            "181=6041:16,6064:32",
+            (None, 1, "tpdo", 1),
+            ((0x1A00, 0, 2), (0x1A00, 1, 0x60410010), (0x1A00, 2, 0x60640020)),
+        ),
+        ("5.RPDO3=6040:16", (None, 5, "rpdo", 3), ((0x1602, 0, 1), (0x1602, 1, 0x60400010))),
+        (
+            "can1:501=6401:01:16,0005:8",
+            ("can1", 1, "rpdo", 4),
+            ((0x1603, 0, 2), (0x1603, 1, 0x64010110), (0x1603, 2, 0x00050008)),
+        ),
+        ("5.TPDO512=2000:1:1", (None, 5, "tpdo", 512), ((0x1BFF, 0, 1), (0x1BFF, 1, 0x20000101))),
     ],
 )
-def test_what_a_pdo_carries_is_read(text: str, pdo: tuple[object, ...], entries: tuple[int, ...]) -> None:
+def test_what_a_pdo_carries_is_read(text: str, pdo: tuple[object, ...], entries: tuple[object, ...]) -> None:
     assert network.pdo_mapping(text) == (*pdo, entries)
 
 

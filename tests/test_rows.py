@@ -144,17 +144,70 @@ def test_a_chinese_encoding_is_seen(canalyze: Runner, tmp_path: Path) -> None:
     assert one == other and len(one.splitlines()) == len(FRAMES)
 
 
-@pytest.mark.parametrize("name", sorted({*LAYOUTS} - {"bare", "slcan", "socketcand", "printer", "printer in a log"}))
+LISTED = [name for name in LAYOUTS if any(word in LAYOUTS[name] for word in ("LEN", "DLC", "长度", "DL:"))]
+LISTED += ["with lengths", "with two digits of length", "with a prefix", "eight digits", "trace window", "slcan"]
+"""Layouts that list a length."""
+
+
+@pytest.mark.parametrize("name", LISTED)
 def test_a_row_that_lacks_a_byte_is_no_frame(name: str) -> None:
-    """A length that does not fit is damage, not another frame; without a length nothing could tell."""
-    text = LAYOUTS[name]
-    if not any(word in text for word in ("LEN", "DLC", "长度")) and "," in text:
-        return
-    if name in ("wireshark", "wireshark's export", "semicolons", "commas"):
-        return
-    broken = text.replace("E8 03 00 00", "E8 03 00").replace("E8,03,00,00", "E8,03,00")
-    assert broken != text
+    """A length that does not fit is damage, not another frame."""
+    broken = LAYOUTS[name]
+    for whole in ("4B 17 10 00 E8 03 00 00", "4B,17,10,00,E8,03,00,00", "4B171000E8030000"):
+        broken = broken.replace(whole, whole[:-3] if " " in whole or "," in whole else whole[:-2])
+    assert broken != LAYOUTS[name]
     assert [row["data"] for row in read(broken)] == [data for _, data in FRAMES if not data.startswith("4B")]
+
+
+@pytest.mark.parametrize(
+    "name", ["with lengths", "with two digits of length", "eight digits", "trace window", "savvycan"]
+)
+def test_a_row_that_lacks_a_byte_is_said(canalyze: Runner, tmp_path: Path, name: str) -> None:
+    text = LAYOUTS[name].replace("4B 17 10 00 E8 03 00 00", "4B 17 10").replace("4B,17,10,00,E8,03,00,00", "4B,17,10")
+    (tmp_path / "a.txt").write_text(text)
+    done = canalyze("--lang", "en", "decode", "--format", "jsonl", "a.txt")
+    assert sum(line.startswith('{"kind":"frame"') for line in done.lines) == len(FRAMES) - 1
+    assert len(done.complaints) == 1 and "a.txt:" in done.err and "cannot be read" in done.err
+
+
+@pytest.mark.parametrize("before", [1, 63, 64, 65, 200, 1000])
+def test_rows_before_the_first_that_shows_what_they_are_are_kept(before: int) -> None:
+    """Data of PDOs alone show nothing; the transfer behind them does."""
+    rows = read("181 11 22\n" * before + LAYOUTS["bare"])
+    assert len(rows) == before + len(FRAMES)
+    assert read("181 11 22\n" * before) == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "CAN 1 FFFFFFFF Rx 1 00\nCAN 1 FFFFFFFF Rx 1 00\n",
+        "705 05\n0xFFFFFFFF 00\n0xFFFFFFFF 00\n",
+        "0xFFFFFFFF 1 00\n0xFFFFFFFF 1 00\n0.5 705 Rx 1 05\n",
+        "Time,ID,DLC,Data\n99999999999999999999,FFFFFFFF,8,0\n-1,705,99999999999,0\n",
+    ],
+)
+def test_numbers_beyond_their_range_are_no_frames(text: str) -> None:
+    assert all(int(str(row["id"]), 16) <= 0x1FFF_FFFF for row in read(text))
+
+
+@pytest.mark.parametrize(
+    ("text", "data"),
+    [
+        ("Time,ID,DLC,Data\n0.1,60A,3,40 8 0\n", "400800"),
+        ("Time,ID,DLC,Data\n0.1,601,3,40 8 0\n", "400800"),
+        ("Time,ID,DLC,Data\n0.1,1546,3,64 8 0\n", "400800"),
+        ("Time,ID,DLC,Data\n0.1,705,2,255 8\n", "FF08"),
+    ],
+)
+def test_decimal_bytes_are_told_from_short_ones(text: str, data: str) -> None:
+    """A byte of three digits, or one digit beside an identifier of four, is decimal; one digit alone is not."""
+    assert [row["data"] for row in read(text)] == [data]
+
+
+def test_remote_frames_have_no_bytes() -> None:
+    rows = read("0.1 705 Rx r 1\n0.2 705 Rx d 1 7F\n")
+    assert [(row["rtr"], row["data"]) for row in rows] == [(True, ""), (False, "7F")]
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,8 @@ What it must not do: test what is diagnosed.
 from __future__ import annotations
 
 import json
+import os
+import threading
 from pathlib import Path
 
 import pytest
@@ -149,8 +151,18 @@ def test_a_fleet_is_counted_by_kind_and_node(canalyze: Runner, captures: Path, t
         (("decode", "--incidents", "captures/lost.log"), ("decode", "--problems", "captures/lost.log")),
     ],
 )
-def test_former_spellings_are_accepted(
-    canalyze: Runner, captures: Path, former: tuple[str, ...], now: tuple[str, ...]
-) -> None:
+@pytest.mark.usefixtures("captures")
+def test_former_spellings_are_accepted(canalyze: Runner, former: tuple[str, ...], now: tuple[str, ...]) -> None:
     assert canalyze(*former) == canalyze(*now)
-    assert captures.exists()
+
+
+def test_what_can_be_read_once_is_read_once(canalyze: Runner, captures: Path, tmp_path: Path) -> None:
+    """A named pipe is read as part of one recording, as it was."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    content = (captures / "lost.log").read_bytes()
+    writer = threading.Thread(target=pipe.write_bytes, args=(content,))
+    writer.start()
+    done = canalyze("--lang", "en", "captures/night/well.log", "pipe")
+    writer.join()
+    assert done.code == 0 and "silent since" in done.out and "recordings" not in done.out

@@ -158,24 +158,28 @@ def _options(words: Words) -> Iterator[click.Parameter]:
 
 
 def _listed(files: tuple[str, ...]) -> tuple[str, ...]:
-    """Put the captures of a folder in its place; a folder without any stays, to be complained of."""
+    """Return the files, with the captures in a folder in its place; a folder without any stays, to be complained of."""
     return tuple(name for file in files for name in (tuple(below(file)) if Path(file).is_dir() else ()) or (file,))
 
 
 def _recordings(names: tuple[str, ...], given: CaptureOptions, words: Words, out: Output) -> list[tuple[str, ...]]:
-    """Give the files of each recording: files that follow one another are one."""
+    """Return the files of each recording: files that follow one another are one."""
     every = [one.name for one in expanded(names)]
-    if len(every) < 2 or STDIN in every:
+    # What is no file, as a pipe, can be read only once.
+    once = any(name == STDIN or (Path(name).exists() and not Path(name).is_file()) for name in every)
+    if len(every) < 2 or once:
         return [tuple(dict.fromkeys(names))]
     progress = Progress(words, out, total_size(names))
     return recordings(_span(name, given, words, progress) for name in every)
 
 
 def _span(name: str, given: CaptureOptions, words: Words, progress: Progress) -> Span:
-    """Give the time of a file. What is wrong with it is said when it is diagnosed."""
+    """Return the time and the buses of a file. Its complaints come when it is diagnosed."""
     results: list[bytes] = []
     session = open_session(words, given, format="info")
-    Run(session, words, progress, results.append, given, frameless=True, tell=lambda _: None).over((name,))
+    run = Run(session, words, progress, results.append, given, frameless=True, tell=lambda _: None)
+    if (code := run.over((name,))) > 128:
+        raise SystemExit(code)
     record: dict[str, Any] = json.loads(b"".join(results) or b"{}")
     first, last = (record.get(key) for key in ("first_t", "last_t"))
     buses = frozenset(one["bus"] for one in record.get("buses", ()))
@@ -183,7 +187,7 @@ def _span(name: str, given: CaptureOptions, words: Words, progress: Progress) ->
 
 
 def _diagnosed(reading: "_Reading", out: Output) -> tuple[int, list[dict[str, Any]], dict[str, Any] | None]:
-    """Give the exit code, the problems, and what is known of all of it, if it could be read."""
+    """Return the exit code, the problems, and the record of the whole capture if it could be read."""
     names, given, stamps, words = reading
     session = open_session(words, given, format="diagnosis", stamps=stamps)
     results: list[bytes] = []
@@ -197,10 +201,10 @@ def _diagnosed(reading: "_Reading", out: Output) -> tuple[int, list[dict[str, An
 def _each(
     found: list[tuple[str, ...]], reading: "_Reading", out: Output, form: str, chosen: "Chosen", fail_on: str | None
 ) -> int:
-    """Diagnose recordings, each by itself; give the exit code."""
+    """Diagnose recordings, each by itself; return the exit code."""
     from canalyze.reports import diagnosis_text
 
-    rows: list[diagnosis_text.Row] = []
+    rows: list[diagnosis_text.Diagnosed] = []
     worst = 0
     fails = False
     with suppress(ReaderGone):
@@ -209,6 +213,7 @@ def _each(
             worst = worst or code
             if code >= 128:
                 worst = code
+                told(code, out, reading.words, stream=False, some=bool(rows))
                 break
             shown = _chosen(incidents, whole, chosen)
             fails = fails or _fails(shown, fail_on)
@@ -216,7 +221,7 @@ def _each(
                 continue
             if form == "jsonl":
                 _write_lines(shown, out, names)
-            rows.append(diagnosis_text.Row(names, shown, whole))
+            rows.append(diagnosis_text.Diagnosed(names, shown, whole))
         if form == "text":
             diagnosis_text.show_each(rows, out, reading.words, chosen, unread=len(found) - len(rows))
             diagnosis_text.further_of_each(rows, out, reading.words)

@@ -48,7 +48,7 @@ def network(
     return _core.Network(
         descriptions=[(_name(bus), node, read[file].table) for (bus, node), file in carried.items()],
         cobs=[(_name(cob.bus), *cob.can_id, cob.node, cob.direction, cob.number) for cob in known.cobs],
-        values=[(_name(pdo.bus), pdo.node, *value) for pdo in known.pdos for value in pdo.values()],
+        values=[(_name(pdo.bus), pdo.node, *value) for pdo in known.pdos for value in pdo.objects],
         profiles=[(_name(one.bus), node, one.number) for one in known.profiles for node in one.nodes],
         sdos=[(_name(sdo.bus), *sdo.client, *sdo.server, sdo.node) for sdo in known.sdos],
         sync_period_ns=known.sync_period_ns,

@@ -6,8 +6,7 @@ text says so in words.
 """
 
 import re
-from collections.abc import Iterator
-from typing import Any, Final, Literal, NamedTuple, cast
+from typing import Final, Literal, NamedTuple
 
 NODES: Final = range(1, 128)
 
@@ -49,25 +48,19 @@ class Cob(NamedTuple):
 
 
 class PdoMapping(NamedTuple):
-    """What a PDO carries, by hand."""
+    """The mapping of a PDO, given by hand."""
 
     bus: str | None
+    """None is every bus."""
     node: int
     direction: Literal["tpdo", "rpdo"]
     number: int
-    entries: tuple[int, ...]
-    """As in 1600h or 1A00h: index, sub-index, length in bits."""
+    objects: tuple[tuple[int, int, int], ...]
+    """Index, sub-index and value of each object of its mapping parameter."""
 
     def overrules(self, other: "PdoMapping") -> bool:
-        """Tell whether both cannot hold."""
+        """Return true if both cannot hold."""
         return _covers(self.bus, other.bus) and self[1:4] == other[1:4]
-
-    def values(self) -> Iterator[tuple[int, int, int]]:
-        """Give index, sub-index and value of each object of the mapping parameter."""
-        index = (0x1A00 if self.direction == "tpdo" else 0x1600) + self.number - 1
-        yield index, 0, len(self.entries)
-        for sub, entry in enumerate(self.entries, 1):
-            yield index, sub, entry
 
 
 class NodeProfile(NamedTuple):
@@ -222,54 +215,27 @@ def cob(text: str) -> Cob | None:
     return Cob(bus, found, number, *which)
 
 
-_PREDEFINED: Final = {0x180: ("tpdo", 1), 0x200: ("rpdo", 1), 0x280: ("tpdo", 2), 0x300: ("rpdo", 2)} | {
-    0x380: ("tpdo", 3),
-    0x400: ("rpdo", 3),
-    0x480: ("tpdo", 4),
-    0x500: ("rpdo", 4),
-}
-"""The PDOs of the pre-defined connection set, by their CAN-IDs without the node-ID (CiA 301, table 39)."""
-PROFILES: Final = (401, 402)
-"""Profiles whose default mappings the core knows."""
-_BITS: Final = range(1, 65)
-
-
 def pdo_mapping(text: str) -> PdoMapping | None:
     """Read [BUS:]PDO=INDEX[:SUB]:BITS,..., the PDO as a CAN-ID of the pre-defined connection set or as NODE.TPDO1."""
-    left, _, right = text.partition("=")
+    from canalyze import _core
+
+    left, equals, right = text.partition("=")
     bus, named = _on_bus(left)
-    owner, dot, name = named.partition(".")
-    if dot:
-        number, which = node(owner), pdo(name)
-    else:
-        found = can_id(named)
-        number = found.value & 0x7F if found and not found.extended else None
-        which = cast("Any", _PREDEFINED.get(found.value & 0x780)) if found and number else None
-    entries = tuple(_mapped(entry.strip()) for entry in right.split(","))
-    if bus == "" or not number or which is None or any(entry is None for entry in entries):
+    found = _core.pdo_mapping(f"{named}{equals}{right}")
+    if bus == "" or found is None:
         return None
-    every = tuple(entry for entry in entries if entry is not None)
-    return PdoMapping(bus, number, *which, every) if sum(entry & 0xFF for entry in every) in _BITS else None
-
-
-def _mapped(text: str) -> int | None:
-    """Read INDEX[:SUB]:BITS of a mapping."""
-    where, _, length = text.rpartition(":")
-    found = address(where)
-    if found is None or not length.isdecimal() or int(length) not in _BITS:
-        return None
-    index, sub = found
-    return index << 16 | (sub or 0) << 8 | int(length)
+    node, direction, number, objects = found
+    return PdoMapping(bus, node, direction, number, tuple(objects))
 
 
 def profile(text: str) -> NodeProfile | None:
     """Read [BUS:]NODES=PROFILE."""
+    from canalyze import _core
+
     left, _, right = text.partition("=")
     bus, carriers = _on_bus(left)
-    found = nodes(carriers)
-    if bus == "" or not found or right not in map(str, PROFILES):
-        return None
-    return NodeProfile(bus, found, int(right))
+    found, number = nodes(carriers), _core.profile(right)
+    return None if bus == "" or not found or number is None else NodeProfile(bus, found, number)
 
 
 def sdo_channel(text: str) -> SdoChannel | None:

@@ -67,7 +67,7 @@ def write(action: Action, done: Sequence[Manifest], place: Place, name: str, wor
 
 
 def _records(action: Action, done: Iterable[Manifest]) -> Iterable[str]:
-    """Give the records of summaries and problems and what was exported, each with its capture; why one was not read."""
+    """Return the records of summaries, problems and exports, each with its capture; or the reason of a failure."""
     for one in done:
         if action == "export" and one.result:
             yield json_lines.text({"capture": one.capture, "kind": "export", **one.result}, compact=True)

@@ -16,7 +16,7 @@ from typing import Any, Final, Literal, NamedTuple
 from canalyze import __version__
 from canalyze.check import policy
 from canalyze.check.baseline import Baseline
-from canalyze.check.examination import Job, examine, read
+from canalyze.check.examination import Job, Read, examine, read
 from canalyze.check.policy import Policy
 from canalyze.check.verdict import Verdict
 from canalyze.check.workers import Far
@@ -28,7 +28,7 @@ from canalyze.fleet.manifest import Manifest
 from canalyze.fleet.sources import Capture, content, fetched, stamp
 from canalyze.fleet.stores import place
 from canalyze.incident import KEYS
-from canalyze.reports.diagnosis_text import Row
+from canalyze.reports.diagnosis_text import Diagnosed
 from canalyze.running.pool import Tell
 from canalyze.sources.names import unpacked
 
@@ -146,13 +146,18 @@ def _check(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
     return Result(verdict.error, verdict.frames, findings, stored.row(verdict))
 
 
-def _diagnose(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
+def _records(work: Work, path: str, capture: Capture, tell: Tell, form: str) -> tuple[Read, list[Any]]:
+    """Read a capture through a session of a form of JSON lines."""
     took: list[bytes] = []
     job = replace(work.job, beside=False)
-    done = read(path, job, Far(tell), lambda _, result: took.append(result), form="diagnosis", shown=capture.name)
+    done = read(path, job, Far(tell), lambda _, result: took.append(result), form=form, shown=capture.name)
     if done.signal:
         raise SystemExit(128 + done.signal)
-    records = [json.loads(line) for line in b"".join(took).splitlines()]
+    return done, [json.loads(line) for line in b"".join(took).splitlines()]
+
+
+def _diagnose(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
+    done, records = _records(work, path, capture, tell, "diagnosis")
     whole = next((one for one in records if one["kind"] == "diagnosis"), None)
     if whole is None or done.session is None:
         return Result(done.error, 0, 0, None)
@@ -163,12 +168,7 @@ def _diagnose(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
 
 
 def _summary(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
-    took: list[bytes] = []
-    job = replace(work.job, beside=False)
-    done = read(path, job, Far(tell), lambda _, result: took.append(result), form="summary", shown=capture.name)
-    if done.signal:
-        raise SystemExit(128 + done.signal)
-    records = [json.loads(line) for line in b"".join(took).splitlines()]
+    done, records = _records(work, path, capture, tell, "summary")
     findings = sum(one["count"] for one in records if one["kind"] == "summary_finding")
     return Result(done.error, done.session.frames if done.session else 0, findings, records)
 
@@ -228,11 +228,11 @@ def files_of(done: Manifest) -> list[str]:
     return list((done.result or {}).get("files", ()))
 
 
-def problems_of(done: Manifest) -> Row | None:
-    """Give what was diagnosed; None where it could not be read."""
+def problems_of(done: Manifest) -> Diagnosed | None:
+    """Return the problems of a capture; None if it could not be read."""
     if done.result is None:
         return None
-    return Row((done.capture,), done.result["problems"], done.result)
+    return Diagnosed((done.capture,), done.result["problems"], done.result)
 
 
 def records_of(done: Manifest) -> list[Mapping[str, Any]]:

@@ -94,8 +94,8 @@ def show(
             out.text((dyed(piece, headings[line], out=out) if line in headings else piece) + "\n")
 
 
-class Row(NamedTuple):
-    """One of several recordings."""
+class Diagnosed(NamedTuple):
+    """A recording and its problems."""
 
     names: tuple[str, ...]
     incidents: Sequence[Record]
@@ -109,12 +109,12 @@ class Row(NamedTuple):
 
 
 def show_each(
-    rows: Sequence[Row], out: Output, words: Words, chosen: Chosen, *, unread: int, totals: bool = False
+    rows: Sequence[Diagnosed], out: Output, words: Words, chosen: Chosen, *, unread: int, totals: bool = False
 ) -> None:
     """Write a line for each recording, the worst first. unread: how many could not be read; totals: no such lines."""
     states = (*_STATES[:2], "unjudged", "over")
 
-    def rank(row: Row) -> tuple[int, int, int]:
+    def rank(row: Diagnosed) -> tuple[int, int, int]:
         open_ones = sum(one["status"] == "stands" for one in row.roots)
         told = sum(one["status"] != "harmless" for one in row.roots)
         return states.index(worst(row.roots, row.whole)), -open_ones, -told
@@ -140,7 +140,7 @@ def show_each(
     out.text(f"{total}{only}\n")
 
 
-def further_of_each(rows: Sequence[Row], out: Output, words: Words) -> None:
+def further_of_each(rows: Sequence[Diagnosed], out: Output, words: Words) -> None:
     """Write what to type next."""
     if rows:
         first = next((row for row in rows if worst(row.roots, row.whole) == "stands"), rows[0])
@@ -363,7 +363,7 @@ def _healthy(whole: Record, words: Words) -> list[str]:
 
 
 def apart(whole: Record, words: Words) -> list[str]:
-    """Say which findings above info belong to no problem, so that nobody takes a tick for a passed check."""
+    """Return a line with the findings above info that belong to no problem; a tick is no passed check."""
     found = sorted(whole["loose"], key=lambda one: -one["count"])
     if not found:
         return []

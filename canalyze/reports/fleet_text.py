@@ -9,7 +9,7 @@ from typing import Any
 
 from canalyze.output import Output, dyed, printable
 from canalyze.reports import table, wording
-from canalyze.reports.diagnosis_text import Row
+from canalyze.reports.diagnosis_text import Diagnosed
 from canalyze.reports.table import EMPTY, Column
 from canalyze.words import Words
 
@@ -44,7 +44,7 @@ def show(captures: Sequence[tuple[str, str | None, Sequence[Record]]], out: Outp
     out.text("\n" + words("fleet.figures", files=len(captures), frames=frames, hours=f"{hours:.2f}") + "\n")
 
 
-def show_problems(captures: Sequence[Row], out: Output, words: Words) -> None:
+def show_problems(captures: Sequence[Diagnosed], out: Output, words: Words) -> None:
     """Write which kind of problem was found at which node, in how many captures, the most open ones first."""
     spread: dict[tuple[str, str], list[tuple[str, Record]]] = {}
     for row in captures:

@@ -229,8 +229,13 @@ class Reading:
             if topics and not any(topic["read_as"] for topic in topics):
                 return SourceError("source.no_topic", name=capture.name, topics=f"{listed}{more}")
         # Of what could not be unpacked, or is said to be something, there is nothing to guess.
-        if capture.format == "candump" and not self._given_format and not capture.damage:
-            return SourceError("source.nothing", name=capture.name, first=_first_line(getattr(capture, "head", b"")))
+        if (
+            isinstance(capture, Capture)
+            and capture.format == "candump"
+            and not self._given_format
+            and not capture.damage
+        ):
+            return SourceError("source.nothing", name=capture.name, first=_first_line(capture.head))
         form = self._words.of("info.title", capture.kind)
         dialect = json.loads(self._session.contents())["dialect"]
         if dialect.get("identifiers") == "implausible":
@@ -261,7 +266,7 @@ class Reading:
 
 
 def _first_line(head: bytes) -> str:
-    """Give the first line of a file that says something, shortened."""
+    """Return the first line of a file that is not blank, shortened."""
     lines = (line.strip() for line in head.decode("utf-8", "backslashreplace").splitlines())
     said = next((line for line in lines if line), "")
     first = "".join(char if char.isprintable() else "?" for char in said)

@@ -35,7 +35,7 @@ def named_as_capture(name: str) -> bool:
 
 
 def below(folder: str) -> Iterator[str]:
-    """Give the files of a folder, and of those in it, that are named as captures are."""
+    """Iterate over the files below a folder that are named as captures are."""
     for inside, folders, files in os.walk(folder):
         folders[:] = sorted(one for one in folders if not one.startswith("."))
         yield from (os.path.join(inside, one) for one in sorted(files) if named_as_capture(one))  # noqa: PTH118

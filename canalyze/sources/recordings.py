@@ -1,4 +1,4 @@
-"""Which captures are parts of one recording: those that follow one another on the same bus.
+"""Joins captures that are parts of one recording: those that follow one another on the same bus.
 
 Must not: read a capture.
 """

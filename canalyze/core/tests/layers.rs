@@ -111,6 +111,7 @@ const MAY_USE: &[Row] = &[
         ],
     ),
     ("world::network", &["bytes::frame", "world::dictionary"]),
+    ("world::profile_defaults", &["wire::pdo"]),
     (
         "world::roles",
         &["bytes::frame", "world::configuration", "wire::cob_id", "wire::pdo", "world::node", "world::network"],
@@ -163,6 +164,7 @@ const MAY_USE: &[Row] = &[
             "sdo",
             "world::network",
             "world::roles",
+            "world::profile_defaults",
             "checks",
         ],
     ),
@@ -453,7 +455,20 @@ const MAY_USE: &[Row] = &[
     ),
     ("world::preset", &["world::od", "world::dictionary", "world::configuration", "wire::pdo", "world::node"]),
     ("views::colour", &["rules::finding"]),
-    ("settings", &["bytes::select", "rules", "world::drive", "stories", "views::expectation"]),
+    (
+        "settings",
+        &[
+            "bytes::frame",
+            "bytes::select",
+            "rules",
+            "world::drive",
+            "wire::cob_id",
+            "wire::pdo",
+            "world::profile_defaults",
+            "stories",
+            "views::expectation",
+        ],
+    ),
     (
         "python",
         &[

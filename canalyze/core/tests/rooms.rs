@@ -13,21 +13,21 @@ const WHOLE: usize = 60_690;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
-    ("bytes", 9_450),
+    ("bytes", 9_490),
     ("checks", 7_450),
-    ("evidence", 3_340),
+    ("evidence", 3_350),
     ("lib", 50),
-    ("python", 1_110),
+    ("python", 1_120),
     ("rules", 1_700),
     ("sdo", 4_530),
     ("session", 2_780),
-    ("settings", 1_300),
+    ("settings", 1_310),
     ("stories", 6_080),
     ("tables", 6_100),
     ("views", 7_680),
     ("wire", 2_550),
     ("words", 3_700),
-    ("world", 3_070),
+    ("world", 3_080),
 ];
 
 /// Adds the product lines below a folder, each under its room.

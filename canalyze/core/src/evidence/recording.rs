@@ -132,7 +132,7 @@ pub enum ClockStep {
     Set,
     /// Another recording may begin, as in files that were joined: what was known before holds no longer. The step is
     /// long, or leads back to where the recording began.
-    Anew,
+    NewRecording,
 }
 
 /// The clock of the stamps.
@@ -504,7 +504,7 @@ impl Recording {
         self.clock.steps = self.clock.steps.saturating_add(1);
         (self.clock.first_ns, self.clock.latest_ns) = (None, None);
         self.stalls.end_burst();
-        Some(if back >= ANOTHER_NS || now <= first { ClockStep::Anew } else { ClockStep::Set })
+        Some(if back >= ANOTHER_NS || now <= first { ClockStep::NewRecording } else { ClockStep::Set })
     }
 
     /// Returns true if a frame at this time ends a silence of the bus longer than recent ones.

@@ -58,6 +58,7 @@ struct Batches {
 
 impl Resolution {
     /// Adds a stamp: its number of decimals says less than the common divisor.
+    #[inline]
     pub(super) fn narrow(&mut self, frame: &Frame, now: i64) {
         let written = frame.stamp.and_then(|stamp| UNITS_NS.get(usize::from(stamp.decimals)).copied()).unwrap_or(1);
         if self.ns == 0 || self.ns > written && now % self.divisor_ns.max(1) != 0 {
@@ -70,6 +71,7 @@ impl Resolution {
     }
 
     /// Follows a frame by its time, the gap before it, and the minimum time that it takes on a bus, all in ns.
+    #[inline]
     pub(super) fn follow(&mut self, frame: &Frame, times: (i64, Option<i64>, i64), sighting: Sighting) {
         self.batches.follow(frame, times, sighting == Sighting::Original);
     }
@@ -91,6 +93,7 @@ impl Resolution {
 }
 
 impl Batches {
+    #[inline]
     fn follow(&mut self, frame: &Frame, (now, gap, wire_ns): (i64, Option<i64>, i64), original: bool) {
         self.wire_ns = self.wire_ns.saturating_add(wire_ns);
         if gap.is_none_or(|gap| !(0..wire_ns).contains(&gap)) {

@@ -272,7 +272,7 @@ fn a_clock_that_is_set_back_begins_an_epoch() {
 #[test]
 fn a_step_back_to_the_beginning_begins_anew() {
     // A short capture may have been joined to itself.
-    for (to_us, step) in [(1, ClockStep::Set), (0, ClockStep::Anew), (-5, ClockStep::Anew)] {
+    for (to_us, step) in [(1, ClockStep::Set), (0, ClockStep::NewRecording), (-5, ClockStep::NewRecording)] {
         let mut recording = Recording::default();
         for (no, us) in [(1, 0), (2, 300_000), (3, 500_000)] {
             observe(&mut recording, &frame(no, 0x181, &[1], 4_000_000_001 + us), false);

@@ -139,6 +139,18 @@ fn pdo(text: &Bound<'_, PyString>) -> Option<(&'static str, u16)> {
 }
 
 #[pyfunction]
+#[allow(clippy::type_complexity, reason = "a tuple for Python")]
+fn pdo_mapping(text: &Bound<'_, PyString>) -> Option<(u8, &'static str, u16, Vec<(u16, u8, u64)>)> {
+    let found = spelled(text, settings::pdo_mapping)?;
+    Some((found.node, direction(found.transmit), found.number, found.objects))
+}
+
+#[pyfunction]
+fn profile(text: &Bound<'_, PyString>) -> Option<u16> {
+    spelled(text, settings::profile)
+}
+
+#[pyfunction]
 fn address(text: &Bound<'_, PyString>) -> Option<(u16, Option<u8>)> {
     spelled(text, settings::address)
 }
@@ -179,6 +191,8 @@ pub(super) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(nodes, module)?)?;
     module.add_function(wrap_pyfunction!(can_id, module)?)?;
     module.add_function(wrap_pyfunction!(pdo, module)?)?;
+    module.add_function(wrap_pyfunction!(pdo_mapping, module)?)?;
+    module.add_function(wrap_pyfunction!(profile, module)?)?;
     module.add_function(wrap_pyfunction!(address, module)?)?;
     module.add_function(wrap_pyfunction!(tolerance, module)?)?;
     module.add_function(wrap_pyfunction!(bit_rate, module)?)?;

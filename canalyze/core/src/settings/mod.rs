@@ -18,7 +18,7 @@ mod tests;
 pub use config::{CheckSettings, CobSetting, Config, Description, Override, SdoIds, settings};
 pub use expected::expectations;
 pub use schema::Schema;
-pub use spelled::{address, bit_rate, can_id, codes, node, nodes, pdo, tolerance};
+pub use spelled::{PdoMapping, address, bit_rate, can_id, codes, node, nodes, pdo, pdo_mapping, profile, tolerance};
 
 /// The tables and keys of `canalyze.toml` and of expectations.
 pub fn schemas() -> [(&'static str, Schema); 2] {

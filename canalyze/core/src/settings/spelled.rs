@@ -5,12 +5,19 @@
 
 use std::collections::BTreeSet;
 
+use crate::bytes::frame::CanId;
+use crate::wire::cob_id::{Role, predefined};
+use crate::wire::pdo::mapping_parameter;
+use crate::world::profile_defaults;
+
 /// Maximum number of PDOs of a node in a direction.
 const PDOS: u16 = 512;
 /// The range of 1006h and 1007h, which are UNSIGNED32 in microseconds.
 pub(super) const LONGEST_US: u32 = u32::MAX;
 /// Maximum number of digits before the point of an amount, and behind it.
 const DIGITS: usize = 12;
+/// Maximum length of a mapping, in bits.
+const LONGEST_PDO: u64 = 64;
 
 /// Returns true if these are at most `most` digits to this base.
 fn are_digits(text: &str, base: u32, most: usize) -> bool {
@@ -96,6 +103,60 @@ pub fn address(text: &str) -> Option<(u16, Option<u8>)> {
         None => None,
     };
     Some((index, sub))
+}
+
+/// A PDO and the objects of its mapping parameter: index, sub-index, value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PdoMapping {
+    /// Node-ID, 1..=127.
+    pub node: u8,
+    /// Transmit or receive, seen from the node.
+    pub transmit: bool,
+    /// PDO number, 1..=512.
+    pub number: u16,
+    /// The objects.
+    pub objects: Vec<(u16, u8, u64)>,
+}
+
+/// Reads a PDO with its mapping, `185=6041:16,6064:32`: the PDO as an identifier of the pre-defined connection set or as
+/// `5.TPDO1`, and `INDEX:BITS` or `INDEX:SUB:BITS` for each object, 1 to 64 bits in all.
+pub fn pdo_mapping(text: &str) -> Option<PdoMapping> {
+    let (named, mapping) = text.split_once('=')?;
+    let (node, transmit, number) = match named.split_once('.') {
+        Some((owner, name)) => {
+            let (transmit, number) = pdo(name)?;
+            (node(owner)?, transmit, number)
+        }
+        None => match can_id(named)
+            .filter(|(_, extended)| !extended)
+            .map(|(id, _)| predefined(CanId::standard(id as u16)))?
+        {
+            Role::Tpdo { node, number } => (node, true, number),
+            Role::Rpdo { node, number } => (node, false, number),
+            _ => return None,
+        },
+    };
+    let entries: Vec<u64> = mapping.split(',').map(|entry| mapped(entry.trim())).collect::<Option<_>>()?;
+    let bits: u64 = entries.iter().map(|entry| entry & 0xFF).sum();
+    let index = mapping_parameter(transmit, number);
+    let objects = std::iter::once(entries.len() as u64).chain(entries);
+    let objects = (0u8..).zip(objects).map(|(sub, value)| (index, sub, value)).collect();
+    (1..=LONGEST_PDO).contains(&bits).then_some(PdoMapping { node, transmit, number, objects })
+}
+
+/// Reads an entry of a mapping as it stands in 1600h and 1A00h.
+fn mapped(text: &str) -> Option<u64> {
+    let (object, length) = text.rsplit_once(':')?;
+    let (index, sub) = address(object)?;
+    let bits = are_digits(length, 10, 2).then(|| length.parse::<u64>().ok()).flatten()?;
+    let entry = u64::from(index) << 16 | u64::from(sub.unwrap_or(0)) << 8 | bits;
+    (1..=LONGEST_PDO).contains(&bits).then_some(entry)
+}
+
+/// Reads the number of a device profile whose default mappings are known.
+pub fn profile(text: &str) -> Option<u16> {
+    let number = are_digits(text, 10, 3).then(|| text.parse().ok()).flatten()?;
+    profile_defaults::is_known(number).then_some(number)
 }
 
 /// Reads codes of rules, or their beginnings, separated by commas: `SDO001,HBT`; each once.

@@ -41,6 +41,7 @@ use crate::world::drive;
 use crate::world::event::{Addressed, Event, ProcessData, Signals, Step, Unmapped, What};
 use crate::world::network::Network;
 use crate::world::node::{Content, Node, PerNode};
+use crate::world::profile_defaults;
 use crate::world::roles::Roles;
 
 /// Maximum number of further SDO channels tracked (invariant 6).
@@ -92,7 +93,9 @@ impl Bus {
             known(&mut nodes, one.node).configuration.set_option(one.index, one.sub, one.value);
         }
         for one in network.profiles.iter().filter(|one| Network::holds(one.bus.as_ref(), name)) {
-            known(&mut nodes, one.node).configuration.set_profile(one.number);
+            for ((index, sub), value) in profile_defaults::objects(one.number) {
+                known(&mut nodes, one.node).configuration.assume(index, sub, value);
+            }
         }
         for (_, node) in nodes.iter_mut() {
             node.compile_all();
@@ -194,6 +197,7 @@ impl Bus {
     }
 
     /// Takes one frame: appends its own event, then what became due before it, then its consequences.
+    #[inline]
     pub fn step(&mut self, frame: &Frame, happened: &Happened, cx: &mut Context<'_>) {
         self.began_ns = self.began_ns.or(frame.t_ns);
         let role = self.roles.of(frame.id);
@@ -210,7 +214,7 @@ impl Bus {
         }
         if let Some(step) = happened.step {
             cx.evidence.circumstances.note(circumstance::CircumstanceKind::Gap, None, cx.when);
-            if step == ClockStep::Anew {
+            if step == ClockStep::NewRecording {
                 cx.release_all();
                 self.checks.lost(cx);
                 self.doubt(cx.at.no.saturating_sub(1));

@@ -102,61 +102,6 @@ struct Requested {
     unanswered: bool,
 }
 
-/// The default mapping of a PDO: its number, true for a TPDO, and its entries as in 1600h or 1A00h.
-type DefaultMapping = (u16, bool, &'static [u32]);
-
-/// The default mappings of CiA 401 for the first four PDOs, each of them with eight bytes.
-const OF_IO: &[DefaultMapping] = &[
-    (
-        1,
-        false,
-        &[0x6200_0108, 0x6200_0208, 0x6200_0308, 0x6200_0408, 0x6200_0508, 0x6200_0608, 0x6200_0708, 0x6200_0808],
-    ),
-    (2, false, &[0x6411_0110, 0x6411_0210, 0x6411_0310, 0x6411_0410]),
-    (3, false, &[0x6411_0510, 0x6411_0610, 0x6411_0710, 0x6411_0810]),
-    (4, false, &[0x6411_0910, 0x6411_0A10, 0x6411_0B10, 0x6411_0C10]),
-    (
-        1,
-        true,
-        &[0x6000_0108, 0x6000_0208, 0x6000_0308, 0x6000_0408, 0x6000_0508, 0x6000_0608, 0x6000_0708, 0x6000_0808],
-    ),
-    (2, true, &[0x6401_0110, 0x6401_0210, 0x6401_0310, 0x6401_0410]),
-    (3, true, &[0x6401_0510, 0x6401_0610, 0x6401_0710, 0x6401_0810]),
-    (4, true, &[0x6401_0910, 0x6401_0A10, 0x6401_0B10, 0x6401_0C10]),
-];
-
-/// The default mappings of CiA 402 for the first four PDOs: controlword and statusword, with the mode of operation, the
-/// position and the velocity.
-const OF_DRIVE: &[DefaultMapping] = &[
-    (1, false, &[0x6040_0010]),
-    (2, false, &[0x6040_0010, 0x6060_0008]),
-    (3, false, &[0x6040_0010, 0x607A_0020]),
-    (4, false, &[0x6040_0010, 0x60FF_0020]),
-    (1, true, &[0x6041_0010]),
-    (2, true, &[0x6041_0010, 0x6061_0008]),
-    (3, true, &[0x6041_0010, 0x6064_0020]),
-    (4, true, &[0x6041_0010, 0x606C_0020]),
-];
-
-/// The profiles whose default mappings are known, with them.
-const PROFILES: &[(u16, &[DefaultMapping])] = &[(401, OF_IO), (402, OF_DRIVE)];
-
-/// Returns the numbers of the profiles whose default mappings are known.
-pub fn profiles() -> impl Iterator<Item = u16> {
-    PROFILES.iter().map(|(number, _)| *number)
-}
-
-/// Returns the objects of a profile's default mappings with their values.
-fn profile_defaults(number: u16) -> impl Iterator<Item = (Address, u64)> {
-    let mappings = PROFILES.iter().filter(move |(of, _)| *of == number).flat_map(|(_, mappings)| *mappings);
-    let objects = mappings.flat_map(|(pdo, transmit, entries)| {
-        let index = if *transmit { 0x1A00 } else { 0x1600 } + (pdo - 1);
-        let count = std::iter::once(((index, 0), entries.len() as u64));
-        count.chain((1u8..).zip(*entries).map(move |(sub, entry)| ((index, sub), u64::from(*entry))))
-    });
-    objects.chain(std::iter::once(((0x1000, 0), u64::from(number))))
-}
-
 /// The configuration of one node.
 #[derive(Debug, Default)]
 pub struct Configuration {
@@ -235,10 +180,10 @@ impl Configuration {
         self.options.insert((index, sub), value);
     }
 
-    /// Sets the profile, whose default mappings hold unless a description says otherwise.
-    pub fn set_profile(&mut self, number: u16) {
+    /// Sets a value that holds by the node's profile, unless it has a description.
+    pub fn assume(&mut self, index: u16, sub: u8, value: u64) {
         if self.description.is_none() {
-            self.profile = profile_defaults(number).collect();
+            self.profile.insert((index, sub), value);
         }
     }
 

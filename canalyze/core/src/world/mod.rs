@@ -12,4 +12,5 @@ pub mod network;
 pub mod node;
 pub mod od;
 pub mod preset;
+pub mod profile_defaults;
 pub mod roles;

@@ -94,23 +94,30 @@ impl RowLayout {
 
     /// Completes the layout of a heading by the rows below it.
     pub(super) fn completed(self, texts: &[&[u8]]) -> Self {
-        let mut small = true;
-        let (mut letters, mut decimal) = (false, false);
-        for text in texts {
-            let Some(found) = self.read(text) else { continue };
-            small &= found.id.is_some_and(|(id, _)| id <= 0x7FF);
-        }
+        let decimal = self.separator != Separator::Blanks && self.is_decimal(texts);
+        let layout = Self { decimal, ..self };
+        let small = |text: &&[u8]| layout.read(text).is_none_or(|row| row.id.is_some_and(|(id, _)| id <= 0x7FF));
+        Self { filled: texts.iter().all(small), ..layout }
+    }
+
+    /// Returns true if identifiers and bytes are decimal, although the heading does not say so: none has a letter, and a
+    /// byte has three digits, or bytes of one digit stand beside identifiers of four.
+    fn is_decimal(&self, texts: &[&[u8]]) -> bool {
+        let (mut letters, mut three, mut one, mut long) = (false, false, false, false);
         for text in texts {
             let found = cells(text, self.separator);
-            let data = self.columns.iter().zip(&found).filter(|(column, _)| matches!(column, Data | Column::Byte));
-            let parts = data.flat_map(|(_, cell)| cell.split(|byte| is_blank(*byte))).filter(|part| !part.is_empty());
-            for part in parts.filter(|_| self.separator != Separator::Blanks) {
-                letters |= part.iter().any(|byte| !byte.is_ascii_digit());
-                // Bytes in hexadecimal digits have two of them.
-                decimal |= matches!(part.len(), 1 | 3);
+            for (column, cell) in self.columns.iter().zip(&found) {
+                for part in cell.split(|byte| is_blank(*byte)).filter(|part| !part.is_empty()) {
+                    match column {
+                        Id(_) => long |= part.len() == 4 && !part.starts_with(b"0"),
+                        Data | Column::Byte => (three, one) = (three || part.len() == 3, one || part.len() == 1),
+                        _ => continue,
+                    }
+                    letters |= !part.iter().all(u8::is_ascii_digit);
+                }
             }
         }
-        Self { filled: small, decimal: decimal && !letters, ..self }
+        !letters && (three || one && long)
     }
 
     /// Returns true if a row without a heading shows that it is a frame: by its length and a time, a direction or the word
@@ -161,7 +168,8 @@ pub(super) fn guess(text: &[u8], long_length: bool) -> Option<(RowLayout, Row<'_
     let mut columns = Vec::new();
     let head = words.get(..begin)?;
     // The length is the last word before the bytes, or the first of them.
-    let listed = head.last().and_then(|word| length(word)).filter(|length| *length == run);
+    let remote = run == 0 && head.iter().any(|word| matches!(*word, b"r" | b"R" | b"RTR"));
+    let listed = head.last().and_then(|word| length(word)).filter(|length| *length == run || remote);
     let (head, length) = match listed {
         Some(length) => (head.get(..head.len() - 1)?, Some(length)),
         None if long_length => {
@@ -215,8 +223,10 @@ fn leading(word: &[u8], number: usize) -> Option<Column> {
         return Some(Column::Direction);
     }
     match word {
-        b"CAN" | b"can" | b"d" | b"D" => Some(Other),
-        b"r" | b"R" | b"s" | b"S" | b"x" | b"X" | b"Std" | b"Ext" | b"STD" | b"EXT" => Some(Attribute),
+        b"CAN" | b"can" => Some(Other),
+        b"d" | b"D" | b"r" | b"R" | b"s" | b"S" | b"x" | b"X" | b"Std" | b"Ext" | b"STD" | b"EXT" | b"RTR" => {
+            Some(Attribute)
+        }
         // The first number of a row may count the rows.
         _ if number == 0 && word.len() > 2 && word.iter().all(u8::is_ascii_digit) => Some(Other),
         _ if word.len() <= 2 && word.iter().all(u8::is_ascii_digit) => Some(Channel(1)),
@@ -253,7 +263,8 @@ pub(super) fn learn(texts: &[&[u8]]) -> Option<RowLayout> {
     let small = rows.iter().all(|(_, row)| row.id.is_some_and(|(id, _)| id <= 0x7FF));
     // Numbers that rise by one from row to row count the rows.
     let channels: Vec<u32> = rows.iter().filter_map(|(_, row)| number(row.channel, 10)).collect();
-    let rising = channels.len() > 1 && channels.iter().zip(channels.iter().skip(1)).all(|(one, next)| one + 1 == *next);
+    let rising = channels.len() > 1
+        && channels.iter().zip(channels.iter().skip(1)).all(|(one, next)| one.checked_add(1) == Some(*next));
     let counted = rising || channels.iter().any(|channel| *channel > 8);
     Some(RowLayout { filled: small, counted, ..layout.clone() })
 }
@@ -267,5 +278,6 @@ pub(super) fn is_alone(text: &[u8]) -> bool {
 fn rises_by_length(rows: &[(RowLayout, Row<'_>)]) -> bool {
     let ids: Vec<(u32, usize)> = rows.iter().filter_map(|(_, row)| Some((row.id?.0, row.count))).collect();
     let pairs = ids.iter().zip(ids.iter().skip(1));
-    ids.len() > 1 && pairs.into_iter().all(|((id, count), (next, _))| *count > 0 && id + *count as u32 == *next)
+    ids.len() > 1
+        && pairs.into_iter().all(|((id, count), (next, _))| *count > 0 && id.checked_add(*count as u32) == Some(*next))
 }

@@ -12,7 +12,7 @@ mod row;
 mod times;
 
 use self::columns::Column::Other;
-use self::layout::{RowLayout, guess, heading, is_alone, learn};
+use self::layout::{RowLayout, guess, heading, learn};
 use self::marked::self_describing;
 use self::row::{CLASSIC, Row, channel};
 use super::lines::Begun;
@@ -20,8 +20,11 @@ use super::listing::{unmarked, unquoted};
 use super::{Contents, FilePlace, Item, Unreadable};
 use crate::bytes::frame::{Buses, CanId, Frame, Kind};
 
-/// Number of rows that wait until their layout is known.
+/// Number of lines that wait until their layout is known, doubled until something shows that they are rows, and the most.
 const LEARNT: usize = 64;
+const KEPT: usize = 16_384;
+/// Maximum length of a row, in bytes.
+const LONGEST: usize = 512;
 
 /// A reader of one file of rows.
 #[derive(Debug, Default)]
@@ -29,7 +32,7 @@ pub struct Rows {
     begun: Begun,
     lines: u64,
     layout: Option<RowLayout>,
-    /// The first rows, with their line numbers, until their layout is known.
+    /// The first lines, with their numbers, until their layout is known.
     waiting: Vec<(u64, Vec<u8>)>,
     /// The layout is complete.
     learnt: bool,
@@ -84,30 +87,33 @@ impl Rows {
         }
         if let Some(layout) = heading(text) {
             self.decide(buses, sink);
+            self.waiting.clear();
             (self.layout, self.learnt) = (Some(layout), false);
             return;
         }
         if self.learnt {
             return self.row(text, self.lines, buses, sink);
         }
-        let named = self.layout.is_some();
-        if named || is_alone(text) || guess(text, true).or_else(|| guess(text, false)).is_some() {
+        if text.len() <= LONGEST && self.waiting.len() < KEPT {
             self.waiting.push((self.lines, text.to_vec()));
-            if self.waiting.len() >= LEARNT {
+            let count = self.waiting.len();
+            if count >= LEARNT && count.is_power_of_two() {
                 self.decide(buses, sink);
             }
         }
     }
 
-    /// Learns from the rows that wait what their layout is, and reads them.
+    /// Learns from the lines that wait what the layout of the rows is, and reads them. Without any sign of one they wait on.
     fn decide(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        let waiting = std::mem::take(&mut self.waiting);
-        let texts: Vec<&[u8]> = waiting.iter().map(|(_, text)| text.as_slice()).collect();
+        if self.learnt {
+            return;
+        }
+        let texts: Vec<&[u8]> = self.waiting.iter().map(|(_, text)| text.as_slice()).collect();
         let Some(layout) = self.layout.take().map(|layout| layout.completed(&texts)).or_else(|| learn(&texts)) else {
             return;
         };
         (self.layout, self.learnt) = (Some(layout), true);
-        for (line, text) in &waiting {
+        for (line, text) in std::mem::take(&mut self.waiting).iter() {
             self.row(text, *line, buses, sink);
         }
     }
