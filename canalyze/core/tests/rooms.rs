@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 60_690;
+const WHOLE: usize = 60_790;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
