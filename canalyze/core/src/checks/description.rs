@@ -123,7 +123,7 @@ impl Descriptions {
     /// Reports an object that the description contains and the device refuses as missing.
     pub fn refused(&mut self, node: Option<&Node>, transfer: &Transfer, cx: &mut Context<'_>) {
         let abort = transfer.outcome.abort.filter(|abort| abort.by == Side::Server && !transfer.outcome.bad);
-        let what = match abort.map(|abort| abort.code) {
+        let what = match abort.map(|abort| abort.code.meaning()) {
             Some(NO_INDEX) => Eds005::Index,
             Some(NO_SUB) => Eds005::SubIndex,
             _ => return,

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::Words;
 use crate::bytes::frame::CanId;
+use crate::sdo::abort_code::AbortCode;
 use crate::sdo::wire::{self, Mux};
 use crate::words::profiles::Profile;
 
@@ -54,7 +55,7 @@ pub enum Quantity {
     /// A state of CiA 402's power drive system in the form of a statusword, printed with its name.
     Drive(u16),
     /// An SDO abort code, printed with its name.
-    Abort(u32),
+    Abort(AbortCode),
     /// A side of an SDO channel.
     Side(wire::Side),
     /// A number of bytes, printed with the unit.
@@ -151,7 +152,7 @@ macro_rules! kinds {
 
 kinds! {
     Quantity: Count(u64) Ns(i64) Hex2(u8) Hex4(u16) Hex8(u32) Object(Mux) Id(CanId) State(u8) Command(u8) Pdo(bool, u16)
-    Statusword(u16) Controlword(u16) Mode(i8) Lss(u8) LssError(u8, u8) Emcy(u16, Profile) Type(u16) Abort(u32) Side(wire::Side)
+    Statusword(u16) Controlword(u16) Mode(i8) Lss(u8) LssError(u8, u8) Emcy(u16, Profile) Type(u16) Abort(AbortCode) Side(wire::Side)
     Size(u64) Crc(CrcMatch)
 }
 

@@ -6,6 +6,7 @@
 
 use std::sync::Arc;
 
+use super::abort_code::AbortCode;
 use super::block::Block;
 use super::limits::{GIVEN_UP_NS, within};
 use super::phase::{Half, Phase, Segments, strict_initiate};
@@ -22,7 +23,6 @@ use crate::world::event::Place;
 use crate::world::od::DataType;
 
 /// Abort code: SDO protocol timed out.
-const TIMED_OUT: u32 = 0x0504_0000;
 /// Number of bytes in two segments.
 const PAIR: u64 = 14;
 /// Maximum number of refused writes that are remembered.
@@ -321,10 +321,10 @@ impl SdoChannel {
     }
 
     /// Takes an abort from either side: it ends the transfer and is never answered.
-    fn abort(&mut self, side: Side, at: FrameRef, code: u32, cx: &mut Context<'_>) {
+    fn abort(&mut self, side: Side, at: FrameRef, code: AbortCode, cx: &mut Context<'_>) {
         if let Some(pending) = self.pending() {
             match (side, pending.command) {
-                (Side::Client, _) if code == TIMED_OUT => {
+                (Side::Client, _) if code.is_timeout() => {
                     self.find(Sdo002::NoResponse, pending.at, cx);
                 }
                 (Side::Server, Command::SegmentRequest { toggle } | Command::Segment(Segment { toggle, .. })) => {
@@ -340,12 +340,12 @@ impl SdoChannel {
                 _ => {}
             }
         }
-        if side == Side::Client && code == TIMED_OUT {
+        if side == Side::Client && code.is_timeout() {
             self.judge_stalled_block(cx);
         }
         self.judge_aborted_block(cx);
         self.confirm_doubts(cx);
-        if side == Side::Client && code == TIMED_OUT {
+        if side == Side::Client && code.is_timeout() {
             self.judge_timed_out(cx);
         }
         if self.all_bytes_without_last() {
@@ -400,7 +400,7 @@ impl SdoChannel {
         self.judge_object(half, Side::Client, mux, cx);
         let seqno = self.block_seqno(Side::Server);
         let pending = self.pending();
-        self.abort(Side::Client, half.at, code, cx);
+        self.abort(Side::Client, half.at, AbortCode::Sdo(code), cx);
         self.history.given_up = pending.or(self.history.given_up);
         self.history.booted &= pending.is_none();
         self.sequence.under_way = Some(UnderWay { side: Side::Server, at: half.at, seqno, owed: None, unasked: false });
@@ -437,8 +437,8 @@ impl SdoChannel {
             self.judge_object(half, Side::Server, mux, cx);
         }
         let written = self.written();
-        self.abort(Side::Server, half.at, code, cx);
-        self.refuse(written, half.at, code);
+        self.abort(Side::Server, half.at, AbortCode::Sdo(code), cx);
+        self.refuse(written, half.at, AbortCode::Sdo(code));
         self.sequence.answered = pending.map(|_| *half);
         self.sequence.under_way = Some(UnderWay { side: Side::Client, at: half.at, seqno, owed, unasked });
     }
@@ -449,7 +449,7 @@ impl SdoChannel {
     }
 
     /// Keeps a refused write of `object` until the object is written after all.
-    fn refuse(&mut self, object: Option<Mux>, at: FrameRef, code: u32) {
+    fn refuse(&mut self, object: Option<Mux>, at: FrameRef, code: AbortCode) {
         if let Some(object) = object.filter(|object| self.verdicts.refused.iter().all(|it| it.object != *object))
             && self.verdicts.refused.len() < REFUSED
         {

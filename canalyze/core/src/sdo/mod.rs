@@ -3,6 +3,7 @@
 //! | file | purpose |
 //! |---|---|
 //! | `wire` | decodes eight bytes |
+//! | `abort_code` | the code of an abort |
 //! | `transfer`, `holes` | the data moved, and the parts missing in the capture |
 //! | `state`, `phase` | the state of a channel, and the frames that it keeps |
 //! | `limits` | times by which a request counts as unanswered or given up |
@@ -22,6 +23,7 @@
 //! list client frames one frame late, after their answers, because a driver echoes a sent frame later than it delivers
 //! a received one. Everything here supports such captures.
 
+pub mod abort_code;
 pub mod block;
 mod block_transfer;
 pub mod channel;

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use super::abort_code::AbortCode;
 use super::phase::{Half, Phase};
 use super::transfer::Transfer;
 use super::wire::{Command, Mux, Side};
@@ -159,7 +160,7 @@ pub(super) struct Refused {
     pub(super) object: Mux,
     /// The abort and its code.
     pub(super) at: FrameRef,
-    pub(super) code: u32,
+    pub(super) code: AbortCode,
     /// The cause of the refusal.
     pub(super) because_of: Option<FrameRef>,
 }

@@ -5,6 +5,7 @@
 
 use crc::{CRC_16_IBM_3740, CRC_16_KERMIT, CRC_16_XMODEM, Crc, Digest, Table};
 
+use super::abort_code::AbortCode;
 use super::wire::{Mux, Segment, Side};
 use crate::bytes::frame::{BusId, CanId, FrameRef};
 use crate::rules::finding::{Code, CrcMatch};
@@ -101,8 +102,8 @@ impl Status {
 /// An abort that ended a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Abort {
-    /// Abort code (CiA 301, table 22).
-    pub code: u32,
+    /// Abort code.
+    pub code: AbortCode,
     /// The sender.
     pub by: Side,
 }

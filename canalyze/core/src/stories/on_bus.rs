@@ -27,6 +27,7 @@ use super::trackers::rules::{RuleIncidents, Sign};
 use crate::bytes::frame::{self, BusId, Frame, FrameRef};
 use crate::checks::pdo::length::fits;
 use crate::rules::finding::{Code, Finding, Quantity};
+use crate::sdo::abort_code::AbortCode;
 use crate::sdo::transfer::{Direction, Status as Transferred, Transfer};
 use crate::sdo::wire::{Command, Side};
 use crate::wire::error_control::{BOOT_UP, OPERATIONAL};
@@ -330,7 +331,7 @@ impl OfBus {
             if let (Some(node), Command::Abort(_, code)) = (node, step.command)
                 && self.heard.last(node).is_none()
             {
-                self.configurations.given_up(node, code, scene!(self, ledger, bus, id, at));
+                self.configurations.given_up(node, AbortCode::Sdo(code), scene!(self, ledger, bus, id, at));
             }
             let (Command::InitiateDownload(mux, _) | Command::InitiateBlockDownload { mux, .. }) = step.command else {
                 return false;

@@ -18,6 +18,7 @@ use super::jsonl::sdo::json_value;
 use super::setting::{Setting, quoted, seconds};
 use crate::bytes::frame::CanId;
 use crate::rules::finding::Code;
+use crate::sdo::abort_code::AbortCode;
 use crate::sdo::wire::Mux;
 use crate::words::digits::{Hex, Joined, put};
 use crate::words::{Lang, escape, value};
@@ -111,6 +112,8 @@ kinds! {
     Hex4 "string" Numbers<UInt16Type>;
     /// Eight hexadecimal digits.
     Hex8 "string" Numbers<UInt32Type>;
+    /// The code of an abort: eight hexadecimal digits, of USDO two.
+    AbortDigits "string" Numbers<UInt32Type>;
     /// A moment of the capture, in ns.
     Moment "string" Numbers<Int64Type>, "_ns";
     /// The stamp of a frame, in ns, with its own count of digits.
@@ -205,6 +208,7 @@ optional! {
     Real f64, |out, _cx, one| out.extend_from_slice(one.to_string().as_bytes()), |column, value| number(column, value);
     Hex4 u16, |out, _cx, one| put!(out; "\"", Hex::<4>(u64::from(one)), "\""), |column, value| number(column, value);
     Hex8 u32, |out, _cx, one| put!(out; "\"", Hex::<8>(u64::from(one)), "\""), |column, value| number(column, value);
+    AbortDigits AbortCode, |out, _cx, one| put!(out; "\"", one, "\""), |column, value| number(column, value.map(AbortCode::number));
     Moment i64, |out, cx, one| cx.setting.moment(out, Some(one)), |column, value| number(column, value);
     Duration i64, |out, cx, one| seconds(out, Some(one), cx.setting.decimals), |column, value| number(column, value);
     Truth bool, |out, _cx, one| put!(out; if one { "true" } else { "false" }), |column, value| {

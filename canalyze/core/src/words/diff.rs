@@ -314,7 +314,7 @@ fn moved_words(out: &mut Vec<u8>, lang: Lang, what: DifferenceKind, moved: &Tran
                     Sender::Client => lang.pick(" (主站)", " by the client"),
                     Sender::Server => lang.pick(" (从站)", " by the server"),
                 });
-                put!(out; " ", Hex::<8>(u64::from(abort.code)), "h");
+                put!(out; " ", abort.code, "h");
                 if let Some(word) = terms::abort_code(lang, abort.code) {
                     put!(out; " ", word);
                 }

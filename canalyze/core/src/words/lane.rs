@@ -87,7 +87,7 @@ pub fn transfer(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer, valued: bool
             moved(out, lang, transfer);
         }
         (Status::Ok, _) => {}
-        (Status::Aborted, Some(abort)) => put!(out; ": ", said("abort"), " ", Hex::<8>(u64::from(abort.code)), "h"),
+        (Status::Aborted, Some(abort)) => put!(out; ": ", said("abort"), " ", abort.code, "h"),
         (Status::Aborted, None) => put!(out; ": ", said("abort")),
         (Status::Failed, _) => put!(out; ": ", said("failed")),
         (Status::Open | Status::Incomplete, _) => put!(out; ": ", said("incomplete")),

@@ -8,6 +8,7 @@
 
 mod requests;
 
+use super::abort_code::AbortCode;
 use super::limits::{UNANSWERED_NS, within};
 use super::phase::{Half, Phase, is_strict_answer, strict_initiate};
 use super::state::{Held, SdoChannel, Sequence, UnderWay};
@@ -144,7 +145,7 @@ impl SdoChannel {
                 self.leave_answered(cx);
             }
             if let Command::Abort(object, code) = half.command {
-                let what = Sdo017::Abort { abort: code, by: Side::Server };
+                let what = Sdo017::Abort { abort: AbortCode::Sdo(code), by: Side::Server };
                 if self.is_about_other(&half.command) {
                     self.verdicts.about = Some(object);
                     let found = self.finding(what.into(), half.at, cx);

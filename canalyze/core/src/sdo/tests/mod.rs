@@ -207,8 +207,8 @@ fn e8_aborts() {
         "c 23 05 20 00/s 80 05 20 00 02 00 01 06/c 40 00 50 01/s 80 00 50 01 00 00 02 06/c 40 02 20 00/s 4F 02 20 00 5A",
     ));
     assert_eq!(outcome.transfers.len(), 3);
-    assert_eq!(outcome.transfers[0].outcome.abort.unwrap().code, 0x0601_0002);
-    assert_eq!(outcome.transfers[1].outcome.abort.unwrap().code, 0x0602_0000);
+    assert_eq!(outcome.transfers[0].outcome.abort.unwrap().code.number(), 0x0601_0002);
+    assert_eq!(outcome.transfers[1].outcome.abort.unwrap().code.number(), 0x0602_0000);
     assert_eq!(outcome.codes(), [Code::Sdo017, Code::Sdo017]);
 }
 
@@ -396,7 +396,7 @@ fn essence(outcome: &Outcome) -> Vec<Essence> {
         .map(|t| {
             // The data of an aborted transfer are no value.
             let value = if t.outcome.status == Status::Ok { t.data.kept.clone() } else { Vec::new() };
-            (t.direction, t.mode, t.mux, t.outcome.status, value, t.outcome.abort.map(|abort| abort.code))
+            (t.direction, t.mode, t.mux, t.outcome.status, value, t.outcome.abort.map(|abort| abort.code.number()))
         })
         .collect()
 }

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use crate::bytes::frame::FrameRef;
 use crate::checks::pdo::configuration::pdo_parameter;
 use crate::rules::finding::{Finding, Quantity};
+use crate::sdo::abort_code::AbortCode;
 use crate::sdo::transfer::{Abort, Direction, Status, Transfer};
 use crate::sdo::wire::{Mux, Side};
 use crate::stories::incident::{IncidentId, StepRole, Subject, bit};
@@ -20,7 +21,6 @@ use crate::stories::scene::Scene;
 /// Minimum pause that ends a run of writes, in ns.
 const PAUSE_NS: i64 = 2_000_000_000;
 /// The abort code of a client after a time-out.
-const TIMED_OUT: u32 = 0x0504_0000;
 /// Maximum number of refused objects of a node.
 const KEPT: usize = 64;
 /// Maximum number of kept bytes of a refused value.
@@ -40,14 +40,14 @@ pub(in crate::stories) struct Configurations {
 type Refused = (Mux, Vec<u8>);
 
 /// Returns the kind of refusal for an abort code and object.
-fn kind(code: u32, mux: Mux) -> IncidentKind {
+fn kind(code: AbortCode, mux: Mux) -> IncidentKind {
     match mux.index {
         0x1010 | 0x1011 => return IncidentKind::StoreFailed,
         0x1F50 | 0x1F51 => return IncidentKind::ProgramFailed,
         _ => {}
     }
     let of_pdo = pdo_parameter(mux.index).is_some();
-    match code {
+    match code.meaning() {
         0x0602_0000 | 0x0609_0011 => IncidentKind::ObjectRefused,
         _ if of_pdo => IncidentKind::MappingRefused,
         0x0604_0041 | 0x0604_0042 => IncidentKind::MappingRefused,
@@ -61,7 +61,8 @@ fn kind(code: u32, mux: Mux) -> IncidentKind {
 
 /// Reports a download whose start is not in the capture, if its client aborts it for another reason than a time-out.
 fn given_up(transfer: &Transfer, scene: &mut Scene<'_>) {
-    let Some(abort) = transfer.outcome.abort.filter(|abort| abort.by == Side::Client && abort.code != TIMED_OUT) else {
+    let Some(abort) = transfer.outcome.abort.filter(|abort| abort.by == Side::Client && !abort.code.is_timeout())
+    else {
         return;
     };
     let (kind, subject) = (IncidentKind::WriteRefused, Subject::node(transfer.node));
@@ -82,7 +83,7 @@ impl Configurations {
         match (transfer.outcome.status, transfer.outcome.abort) {
             // What its client aborts has not been written, either; a time-out is an unanswered request.
             (Status::Aborted, Some(abort))
-                if abort.by == Side::Server || mux.index == 0x1F50 || abort.code != TIMED_OUT =>
+                if abort.by == Side::Server || mux.index == 0x1F50 || !abort.code.is_timeout() =>
             {
                 self.refused(transfer, mux, abort, scene)
             }
@@ -97,8 +98,8 @@ impl Configurations {
     }
 
     /// Records the abort of a client's request to a node that has never been heard.
-    pub(in crate::stories) fn given_up(&mut self, node: u8, code: u32, scene: &mut Scene<'_>) {
-        let Some(begin) = self.asked.remove(&node).filter(|_| code == TIMED_OUT) else { return };
+    pub(in crate::stories) fn given_up(&mut self, node: u8, code: AbortCode, scene: &mut Scene<'_>) {
+        let Some(begin) = self.asked.remove(&node).filter(|_| code.is_timeout()) else { return };
         let known =
             scene.ledger.last(scene.id, |one| one.kind == IncidentKind::NodeAbsent && one.subject.node == Some(node));
         let at = scene.at;

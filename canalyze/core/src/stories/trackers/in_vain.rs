@@ -81,7 +81,7 @@ impl InVain {
                 }
             }
             (Status::Aborted, Some(abort)) if abort.by == Side::Server => {
-                let usual = mux.index == ERROR_HISTORY || abort.code == NO_DATA;
+                let usual = mux.index == ERROR_HISTORY || abort.code.meaning() == NO_DATA;
                 if usual || self.reads.len() >= KEPT && !self.reads.contains_key(&key) {
                     return;
                 }

@@ -148,7 +148,7 @@ table! {
         aborts_cell as "aborts": Piece in csv = |out: &mut Vec<u8>| aborts_cell(out, one.object);
         /// abort codes seen
         /// 出现过的中止码
-        abort_codes: U32s in arrow = one.object.aborted.iter().map(|one| one.abort.code);
+        abort_codes: U32s in arrow = one.object.aborted.iter().map(|one| one.abort.code.number());
         /// value in force by all that is known: value, text, from; all null where it is no longer known
         /// 当前有效的值：value、text、from；不再知道时都为null
         in_force: Json or null in json = |out: &mut Vec<u8>| in_force(out, cx.setting, one);
@@ -339,7 +339,7 @@ fn configured(out: &mut Vec<u8>, one: Owned<'_>) {
 fn aborts(out: &mut Vec<u8>, setting: Setting<'_>, object: &ObservedObject) {
     list(out, &object.aborted, |out, one| {
         put!(out; "{\"request\":\"", one.direction.name(), "\",\"code\":\"");
-        put!(out; Hex::<8>(u64::from(one.abort.code)), "\",\"by\":\"", side(one.abort.by), "\",\"text\":");
+        put!(out; one.abort.code, "\",\"by\":\"", side(one.abort.by), "\",\"text\":");
         match terms::abort_code(setting.lang, one.abort.code) {
             Some(text) => escape::json(out, text.as_bytes()),
             None => put!(out; "null"),
@@ -351,7 +351,7 @@ fn aborts(out: &mut Vec<u8>, setting: Setting<'_>, object: &ObservedObject) {
 fn aborts_cell(out: &mut Vec<u8>, object: &ObservedObject) {
     for (place, one) in object.aborted.iter().enumerate() {
         put!(out; if place > 0 { " " } else { "" }, one.direction.name(), ":");
-        put!(out; Hex::<8>(u64::from(one.abort.code)), ":", one.count);
+        put!(out; one.abort.code, ":", one.count);
     }
 }
 

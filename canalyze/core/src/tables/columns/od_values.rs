@@ -9,7 +9,7 @@ use crate::tables::csv;
 use crate::tables::jsonl::sdo::{abort_or_null, side};
 use crate::tables::setting::NAMES;
 use crate::tables::setting::Setting;
-use crate::tables::table::{Any, Bytes, Cx, Hex4, Hex8, Moment, Name, Piece, Text, U8, U64, Word, table};
+use crate::tables::table::{AbortDigits, Any, Bytes, Cx, Hex4, Moment, Name, Piece, Text, U8, U64, Word, table};
 use crate::views::inventory::sighting::{Content, ObjectSighting, Shown};
 use crate::words::digits::put;
 use crate::words::{Lang, inventory, signal, terms, value};
@@ -47,7 +47,7 @@ table! {
         /// 中止码、中止方和中止原因
         abort: Any or null = |out: &mut Vec<u8>| abort_or_null(out, cx.setting.lang, one.aborted().map(|(_, abort)| abort));
         abort_by: Word or null in csv = one.aborted().map(|(_, abort)| side(abort.by));
-        abort_code: Hex8 or null in csv = one.aborted().map(|(_, abort)| abort.code);
+        abort_code: AbortDigits or null in csv = one.aborted().map(|(_, abort)| abort.code);
     }
     csv [t, frame, bus, node, object, name, r#type, source, value, data, abort_by, abort_code]
 }

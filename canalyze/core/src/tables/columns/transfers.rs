@@ -12,8 +12,8 @@ use crate::tables::jsonl::sdo::{abort_or_null, side};
 use crate::tables::setting::NAMES;
 use crate::tables::setting::Setting;
 use crate::tables::table::{
-    Any, Bytes, Codes, Cx, Duration, Hex4, Hex8, I64, List, Moment, Name, Real, Text, Truth, Typed, U8, U32, U64, Utf8,
-    Word, list, table,
+    AbortDigits, Any, Bytes, Codes, Cx, Duration, Hex4, I64, List, Moment, Name, Real, Text, Truth, Typed, U8, U32,
+    U64, Utf8, Word, list, table,
 };
 use crate::words::digits::put;
 use crate::words::{Lang, terms, transferred};
@@ -93,7 +93,7 @@ table! {
         abort: Any or null in json = |out: &mut Vec<u8>| abort_or_null(out, cx.setting.lang, one.transfer.outcome.abort);
         /// abort code
         /// 中止码
-        abort_code: Hex8 or null in arrow = one.transfer.outcome.abort.map(|abort| abort.code);
+        abort_code: AbortDigits or null in arrow = one.transfer.outcome.abort.map(|abort| abort.code);
         /// who aborted: client or server
         /// 中止方 client、server
         abort_by: Word or null in arrow = one.transfer.outcome.abort.map(|abort| side(abort.by));

@@ -180,7 +180,7 @@ fn action(out: &mut Vec<u8>, action: &Action) {
 fn transfer(moved: &TransferDigest) -> impl WriteJson {
     obj! {
         "status": moved.status.name(), "mode": moved.mode.name(),
-        "abort": moved.abort.map(|abort| obj! { "code": hex8(abort.code), "by": by(abort.by) }),
+        "abort": moved.abort.map(|abort| obj! { "code": abort.code, "by": by(abort.by) }),
         "size": moved.size,
         /// The first 64 bytes.
         "data": Joined(&moved.kept),

@@ -105,7 +105,8 @@ fn quantity(quantity: Quantity) -> impl WriteJson {
         | Quantity::Controlword(number)
         | Quantity::Emcy(number, _)
         | Quantity::Type(number) => hex4(number).write_json(out),
-        Quantity::Hex8(number) | Quantity::Abort(number) => hex8(number).write_json(out),
+        Quantity::Hex8(number) => hex8(number).write_json(out),
+        Quantity::Abort(code) => code.write_json(out),
         Quantity::Object(mux) => text(|out| put!(out; hex4(mux.index), ":", hex2(mux.sub))).write_json(out),
         Quantity::Id(id) => id.write_json(out),
         Quantity::Pdo(transmit, number) => pdo(transmit, number).write_json(out),

@@ -5,6 +5,7 @@
 
 use super::Setting;
 use crate::bytes::frame::CanId;
+use crate::sdo::abort_code::AbortCode;
 use crate::words::digits::{Hex, Joined, Put, put};
 use crate::words::escape;
 
@@ -75,6 +76,12 @@ impl WriteJson for &str {
 impl WriteJson for &[u8] {
     fn write_json(self, out: &mut Vec<u8>) {
         escape::json(out, self);
+    }
+}
+
+impl WriteJson for AbortCode {
+    fn write_json(self, out: &mut Vec<u8>) {
+        put!(out; "\"", self, "\"");
     }
 }
 

@@ -118,7 +118,7 @@ pub(crate) fn object(out: &mut Vec<u8>, lang: Lang, mux: Option<Mux>, described:
 /// Appends `{"code","by","text"}`, or null.
 pub(crate) fn abort_or_null(out: &mut Vec<u8>, lang: Lang, abort: Option<Abort>) {
     let Some(abort) = abort else { return put!(out; "null") };
-    put!(out; "{\"code\":\"", Hex::<8>(u64::from(abort.code)), "\",\"by\":\"", side(abort.by), "\",\"text\":");
+    put!(out; "{\"code\":\"", abort.code, "\",\"by\":\"", side(abort.by), "\",\"text\":");
     name_or_null(out, terms::abort_code(lang, abort.code).unwrap_or("").as_bytes());
     put!(out; "}");
 }

@@ -8,7 +8,7 @@
 
 use super::Setting;
 use super::info::left_out;
-use super::obj::{self, Obj, Values, WriteJson, array, hex2, hex4, hex8, map, moment, named, obj, time};
+use super::obj::{self, Obj, Values, WriteJson, array, hex2, hex4, map, moment, named, obj, time};
 use crate::bytes::frame::CanId;
 use crate::evidence::period::spread::{Ranked, Spread};
 use crate::rules::finding::{Code, Severity};
@@ -178,7 +178,7 @@ fn node<'a>(
                 Side::Server => "server",
             };
             obj! {
-                "code": hex8(code), "text": abort_code(lang, code), "by": by, _: counted(one).inline(),
+                "code": code, "text": abort_code(lang, code), "by": by, _: counted(one).inline(),
             }
         })),
         "emcys": node.emcys,

@@ -10,6 +10,7 @@ use super::{Breach, Closing, EntryPlace, Scene, check_node, check_times, mistake
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::expectation::{Exp001, Exp002, Exp003, Exp004, Exp015};
 use crate::rules::finding::{Quantity, Said};
+use crate::sdo::abort_code::AbortCode;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
 
@@ -103,11 +104,11 @@ impl SdoEntry {
             (_, Status::Incomplete | Status::Open) => Fit::Cut,
             (_, Status::Failed) => Fit::Other(Other::Failed),
             (Outcome::Ok, Status::Aborted) => {
-                Fit::Other(Other::Aborted(transfer.outcome.abort.map_or(0, |abort| abort.code)))
+                Fit::Other(Other::Aborted(transfer.outcome.abort.map_or(AbortCode::Sdo(0), |abort| abort.code)))
             }
             (Outcome::Aborted, Status::Ok) => Fit::Other(Other::Succeeded),
             (Outcome::Aborted, Status::Aborted) => match (self.abort, transfer.outcome.abort) {
-                (Some(wanted), Some(abort)) if wanted != abort.code => Fit::Other(Other::Aborted(abort.code)),
+                (Some(wanted), Some(abort)) if wanted != abort.code.number() => Fit::Other(Other::Aborted(abort.code)),
                 _ => Fit::Fits,
             },
         }
@@ -117,7 +118,7 @@ impl SdoEntry {
     fn said(&self) -> Said {
         match (&self.value, self.abort, self.outcome()) {
             (Some(value), ..) => value.said(),
-            (None, Some(code), _) => Said::Quantity(Quantity::Abort(code)),
+            (None, Some(code), _) => Said::Quantity(Quantity::Abort(AbortCode::Sdo(code))),
             (None, None, Outcome::Aborted) => Said::Word("aborted"),
             (None, None, _) => Said::Word("ok"),
         }
@@ -141,7 +142,7 @@ enum Fit {
 #[derive(Clone, Debug)]
 enum Other {
     Value(Said),
-    Aborted(u32),
+    Aborted(AbortCode),
     Succeeded,
     Failed,
 }
@@ -259,7 +260,7 @@ impl Progress {
 
     /// Returns the deviation of a transfer that differs from the expectation.
     fn differs(&self, other: &Other, expected: Said) -> Exp003 {
-        let aborted = |code: u32| Said::Quantity(Quantity::Abort(code));
+        let aborted = |code: AbortCode| Said::Quantity(Quantity::Abort(code));
         let ok = Said::Word("ok");
         match (other, self.entry.outcome()) {
             (Other::Value(value), _) => Exp003::Value { expected, found: value.clone() },

@@ -204,7 +204,7 @@ impl ObservedObject {
         if shown {
             return Some(true);
         }
-        self.aborted.iter().any(|one| one.direction == direction && one.abort.code == code).then_some(false)
+        self.aborted.iter().any(|one| one.direction == direction && one.abort.code.meaning() == code).then_some(false)
     }
 
     /// Returns its configured value: the last one that was written and accepted. `None` if it was not written, and for
@@ -227,7 +227,7 @@ impl ObservedObject {
 
     /// Returns true if the device has it: a value was seen, or the reason of a refusal implies it.
     pub fn exists(&self) -> Option<bool> {
-        let codes = || self.aborted.iter().map(|one| one.abort.code);
+        let codes = || self.aborted.iter().map(|one| one.abort.code.meaning());
         if self.values() > 0 || codes().any(|code| PRESENT.contains(&(code >> 16)) && !ABSENT.contains(&code)) {
             return Some(true);
         }

@@ -2,6 +2,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::sdo::abort_code::AbortCode;
 use crate::sdo::transfer::{Beginning, Mode, Status, TransferId};
 use crate::sdo::wire::Side;
 use crate::world::od::DataType as T;
@@ -17,7 +18,7 @@ fn transfer(direction: Direction, bytes: &[u8], status: Status, abort: Option<(u
     let beginning = Beginning { id: TransferId(1), bus: BusId(0), node: 5, channel: None, extract: false, at: at(1) };
     let mut transfer = Transfer::new(beginning, direction, Mode::Expedited, Some(OBJECT));
     transfer.outcome.status = status;
-    transfer.outcome.abort = abort.map(|(code, by)| Abort { code, by });
+    transfer.outcome.abort = abort.map(|(code, by)| Abort { code: AbortCode::Sdo(code), by });
     transfer.data.size_indicated = Some(bytes.len() as u32);
     if status == Status::Ok {
         transfer.append(bytes);

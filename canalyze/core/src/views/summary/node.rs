@@ -4,6 +4,7 @@
 
 use crate::bytes::frame::FrameRef;
 use crate::evidence::period::spread::{Ranked, Spread};
+use crate::sdo::abort_code::AbortCode;
 use crate::sdo::transfer::{Direction, Status, Transfer, TransferId};
 use crate::sdo::wire::{Command, Mux, Side};
 use crate::wire::error_control::BOOT_UP;
@@ -110,7 +111,7 @@ pub struct NodeSummary {
     /// Times from a request to its response, in ns.
     pub response: Ranked,
     /// Aborts by abort code and sender.
-    pub aborts: Vec<Counted<(u32, Side)>>,
+    pub aborts: Vec<Counted<(AbortCode, Side)>>,
     /// The value of an upload of 1008h, if it is text.
     pub device_name: Option<String>,
     /// States by boot-ups and heartbeats.

@@ -8,6 +8,7 @@
 
 use crate::bytes::frame::CanId;
 use crate::rules::{Code, RULES, Words};
+use crate::sdo::abort_code::AbortCode;
 use crate::stories;
 use crate::stories::kinds::{Impact, IncidentKind, KINDS};
 use crate::wire::cob_id::predefined;
@@ -187,7 +188,7 @@ fn register(out: &mut Vec<u8>, lang: Lang, value: u32) {
 }
 
 fn abort(out: &mut Vec<u8>, lang: Lang, value: u32) {
-    let Some(words) = terms::sdo_abort::abort_code(lang, value) else { return };
+    let Some(words) = terms::abort_code(lang, AbortCode::Sdo(value)) else { return };
     let hex = Hex::<8>(u64::from(value));
     say!(out, lang; zh: "SDO中止码 ", hex, "h: ", words; en: "SDO abort code ", hex, "h: ", words);
     put!(out; "\n  CiA 301 7.2.4.3.17\n");

@@ -3,6 +3,7 @@
 
 use super::{cob_id, line, parameter};
 use crate::bytes::frame::Frame;
+use crate::sdo::abort_code::AbortCode;
 use crate::sdo::transfer::{Mode, Status, Transfer};
 use crate::sdo::wire::{Command, Initiate, Mux, Segment, Side};
 use crate::wire::cob_id::Role;
@@ -142,7 +143,7 @@ fn abort_code(out: &mut Vec<u8>, lang: Lang, code: u32) {
     let what = lang.pick("  中止码 (小端格式) = ", "  abort code (little-endian) = ");
     let unknown = lang.pick("保留/未知", "reserved or unknown");
     put!(out; "#   ", Spaced(&code.to_le_bytes()), what, Hex::<8>(u64::from(code)), "h ");
-    put!(out; terms::abort_code(lang, code).unwrap_or(unknown), "\n");
+    put!(out; terms::abort_code(lang, AbortCode::Sdo(code)).unwrap_or(unknown), "\n");
 }
 
 fn padding(out: &mut Vec<u8>, lang: Lang, bytes: &[u8]) {

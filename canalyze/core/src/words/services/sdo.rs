@@ -1,6 +1,7 @@
 //! SDO in words (CiA 301, 7.2.4): the phrase of a frame, its content, and what a transfer came to. Must not decide
 //! anything: what a frame means to its transfer comes in `Step`.
 
+use crate::sdo::abort_code::AbortCode;
 use crate::sdo::exchange::expedited;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::{self, Command, Initiate, Mux, Segment, Side};
@@ -216,16 +217,16 @@ fn segment_data(out: &mut Vec<u8>, lang: Lang, segment: Segment, len: u8) {
 
 fn aborted(out: &mut Vec<u8>, lang: Lang, mux: Mux, code: u32, step: &Step) {
     put!(out; step.mux.unwrap_or(mux), " ");
-    abort(out, lang, code);
+    abort(out, lang, AbortCode::Sdo(code));
     if step.mux.is_some_and(|known| known != mux) {
         say!(out, lang; zh: " (帧中为", mux, ")"; en: " (frame names ", mux, ")");
     }
 }
 
 /// An abort code with its meaning.
-pub fn abort(out: &mut Vec<u8>, lang: Lang, code: u32) {
+pub fn abort(out: &mut Vec<u8>, lang: Lang, code: AbortCode) {
     let unknown = lang.pick("保留/未知的中止码", "reserved or unknown abort code");
-    put!(out; Hex::<8>(u64::from(code)), "h ", terms::abort_code(lang, code).unwrap_or(unknown));
+    put!(out; code, "h ", terms::abort_code(lang, code).unwrap_or(unknown));
 }
 
 /// Appends the result of a transfer: `1008h:00 = "..." (23字节)`.

@@ -16,6 +16,7 @@ pub use super::lang::{Term as Row, find};
 mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
     use super::*;
+    use crate::sdo::abort_code::AbortCode;
     use crate::words::Lang;
     use crate::words::lang::tests::sound;
     use crate::words::profiles::Profile;
@@ -49,8 +50,8 @@ mod tests {
         for (index, sub, word) in objects {
             assert_eq!(object_name(Lang::Zh, Profile::UNKNOWN, index, sub), Some(word));
         }
-        assert_eq!(abort_code(Lang::Zh, 0x0503_0000), Some("toggle位未交替"));
-        assert_eq!(abort_code(Lang::Zh, 0x0602_0000), Some("对象字典中不存在该对象"));
-        assert_eq!(abort_code(Lang::Zh, 0), None);
+        assert_eq!(abort_code(Lang::Zh, AbortCode::Sdo(0x0503_0000)), Some("toggle位未交替"));
+        assert_eq!(abort_code(Lang::Zh, AbortCode::Sdo(0x0602_0000)), Some("对象字典中不存在该对象"));
+        assert_eq!(abort_code(Lang::Zh, AbortCode::Sdo(0)), None);
     }
 }

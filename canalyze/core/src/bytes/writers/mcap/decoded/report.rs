@@ -4,6 +4,7 @@ use super::super::message::{Header, Octets, Time, message};
 use super::{Decoded, MessagePlace};
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::rules::finding::{Finding, Severity};
+use crate::sdo::abort_code::AbortCode;
 use crate::sdo::transfer::Transfer;
 use crate::wire::error_control::{self, BOOT_UP};
 use crate::wire::message::Message;
@@ -152,7 +153,7 @@ pub(super) fn transfer(
             data: Octets(transfer.data.kept.get(..DATA).unwrap_or(&transfer.data.kept)),
             /// ok, aborted, incomplete, failed
             status: transfer.outcome.status.name(),
-            abort_code: abort.unwrap_or(0),
+            abort_code: abort.map_or(0, AbortCode::number),
             abort_text: abort.and_then(|code| terms::abort_code(lang, code)).unwrap_or(""),
             /// Numbers in the capture, from 1.
             first_frame: transfer.first.no,
