@@ -172,6 +172,7 @@ RAISED: dict[str, list[Raised]] = {
     "PDO020": [("PDO020", 5, 3)],
     "PDO021": [("PDO021", 7, None)],
     "SDO001": [("SDO001", 8, None)],
+    "SDO001-counter": [("SDO001", 7, None), ("SDO017", 8, None)],
     "SDO001-refused": [("SDO001", 7, None), ("SDO017", 8, None)],
     "SDO001-request": [("SDO001", 5, None)],
     "SDO002": [("SDO002", 4, 3)],

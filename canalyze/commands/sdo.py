@@ -182,7 +182,7 @@ def row(transfer: dict[str, Any], words: Words) -> Row:
         _cell(transfer.get("transfer")),
         _cell(transfer.get("t")),
         _cell(transfer.get("bus")),
-        _cell(transfer.get("node")),
+        _node(transfer),
         words.of("direction", _cell(transfer.get("direction"))),
         _object(transfer),
         _cell(transfer.get("name")),
@@ -214,6 +214,12 @@ def _relative(times: list[str]) -> Callable[[str], str]:
 
 def _cell(value: object) -> str:
     return "" if value is None else str(value)
+
+
+def _node(transfer: dict[str, Any]) -> str:
+    """Give the server; of a USDO transfer also its client before it and its session behind it."""
+    node, client = _cell(transfer.get("node")), transfer.get("client")
+    return node if client is None else f"{client} -> {node} ({transfer.get('session')})"
 
 
 def _object(transfer: dict[str, Any]) -> str:

@@ -129,7 +129,7 @@ class Hole:
 
 @dataclass(frozen=True, slots=True)
 class Transfer(Timed):
-    """An SDO transfer, as far as the capture has it."""
+    """An SDO or USDO transfer, as far as the capture has it."""
 
     number: int
     """Number in the capture, from 1, in the order in which transfers begin."""
@@ -137,6 +137,10 @@ class Transfer(Timed):
     """The bus, where the capture names it."""
     node: int
     """Node-ID of the server, 1 to 127."""
+    client: int | None
+    """Node-ID of the client of a USDO transfer (CANopen FD); None for SDO."""
+    session: int | None
+    """Session-ID of a USDO transfer, 1 to 255; None for SDO."""
     direction: Literal["upload", "download"]
     """upload reads from the server, download writes to it."""
     mode: str

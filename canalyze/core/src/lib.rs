@@ -18,7 +18,7 @@
 //!
 //! # Rooms
 //!
-//! `bytes` (frames, readers, writers) -> `wire` (one frame by itself) and `sdo` (transfers) -> `world` (objects,
+//! `bytes` (frames, readers, writers) -> `wire` (one frame by itself), `sdo` and `usdo` (transfers) -> `world` (objects,
 //! nodes, the bus) with `evidence` (what the recording did) -> `checks` and `rules` (findings) -> `stories` (problems) ->
 //! `views` and `tables` (output) -> `session` -> `python`. `words` has the languages. README.md of the crate has the way
 //! of a frame and how to add to it; `tests/layers.rs` keeps which module uses which, `tests/rooms.rs` the size of a room.
@@ -41,6 +41,7 @@ pub mod session;
 pub mod settings;
 pub mod stories;
 pub mod tables;
+pub mod usdo;
 pub mod views;
 pub mod wire;
 pub mod words;

@@ -21,10 +21,11 @@ const MAY_USE: &[Row] = &[
     ("bytes::masks", &["bytes::frame"]),
     ("words::digits", &[]),
     ("words::escape", &[]),
+    ("sdo::abort_code", &["words::digits"]),
     ("sdo::wire", &[]),
     ("world::od", &[]),
     ("words::profiles", &["world::od"]),
-    ("rules", &["bytes::frame", "sdo::wire", "words::profiles"]),
+    ("rules", &["bytes::frame", "sdo::abort_code", "sdo::wire", "words::profiles"]),
     ("rules::finding", &["bytes::frame", "sdo::wire", "rules"]),
     ("world::dictionary", &["world::od", "words::profiles"]),
     ("sdo::transfer", &["bytes::frame", "world::od", "rules::finding", "world::dictionary"]),
@@ -110,6 +111,26 @@ const MAY_USE: &[Row] = &[
             "world::context",
         ],
     ),
+    (
+        "usdo",
+        &[
+            "bytes::frame",
+            "words::profiles",
+            "rules",
+            "rules::finding",
+            "world::dictionary",
+            "sdo::abort_code",
+            "sdo::transfer",
+            "sdo::wire",
+            "wire::message",
+            "wire",
+            "world::node",
+            "world::event",
+            "evidence",
+            "world::context",
+            "sdo",
+        ],
+    ),
     ("world::network", &["bytes::frame", "world::dictionary"]),
     ("world::profile_defaults", &["wire::pdo"]),
     (
@@ -165,6 +186,7 @@ const MAY_USE: &[Row] = &[
             "world::network",
             "world::roles",
             "world::profile_defaults",
+            "usdo",
             "checks",
         ],
     ),
@@ -191,6 +213,7 @@ const MAY_USE: &[Row] = &[
     (
         "stories",
         &[
+            "sdo::abort_code",
             "bytes::frame",
             "sdo::wire",
             "world::od",
@@ -274,6 +297,7 @@ const MAY_USE: &[Row] = &[
     (
         "bytes::writers::mcap::decoded",
         &[
+            "sdo::abort_code",
             "bytes::frame",
             "words::digits",
             "world::od",
@@ -307,6 +331,7 @@ const MAY_USE: &[Row] = &[
     (
         "views::summary",
         &[
+            "sdo::abort_code",
             "bytes::frame",
             "bytes::readers",
             "bytes::span",
@@ -326,6 +351,7 @@ const MAY_USE: &[Row] = &[
     (
         "views::expectation",
         &[
+            "sdo::abort_code",
             "bytes::frame",
             "bytes::select",
             "sdo::wire",
@@ -353,6 +379,7 @@ const MAY_USE: &[Row] = &[
     (
         "tables",
         &[
+            "sdo::abort_code",
             "bytes::frame",
             "bytes::select",
             "bytes::readers",

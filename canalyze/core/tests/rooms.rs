@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 60_790;
+const WHOLE: usize = 62_000;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -19,12 +19,14 @@ const BUDGETS: &[(&str, usize)] = &[
     ("lib", 50),
     ("python", 1_120),
     ("rules", 1_700),
-    ("sdo", 4_530),
+    ("sdo", 4_600),
     ("session", 2_780),
     ("settings", 1_310),
     ("stories", 6_080),
     ("tables", 6_100),
-    ("views", 7_680),
+    // The transfers of CANopen FD.
+    ("usdo", 830),
+    ("views", 7_720),
     ("wire", 2_550),
     ("words", 3_700),
     ("world", 3_080),

@@ -15,6 +15,8 @@ rules! {
         message "toggle位错误" "toggle bit error";
         Toggle { expected: Bit, found: Bit, by: Side }
             "{by}的toggle={found}, 应为{expected}" "{by} sent toggle={found}, expected {expected}";
+        Counter [counter = true] { expected: Count, found: Count, by: Side }
+            "{by}的段计数器为{found}, 应为{expected}" "{by} sent segment counter {found}, expected {expected}";
     }
 
     /// SDO采用一问一答方式: 每个请求都应有响应, 没有请求就不应有响应。

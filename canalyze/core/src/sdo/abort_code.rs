@@ -48,6 +48,11 @@ pub enum AbortCode {
 }
 
 impl AbortCode {
+    /// Returns the code by its number: SDO's are longer than a byte.
+    pub fn of(number: u32) -> Self {
+        u8::try_from(number).map_or(Self::Sdo(number), Self::Usdo)
+    }
+
     /// Returns the number in the frame.
     pub fn number(self) -> u32 {
         match self {

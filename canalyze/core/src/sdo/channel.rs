@@ -520,6 +520,7 @@ impl SdoChannel {
     }
 }
 
-fn chunk(transfer: &Transfer, bytes: Vec<u8>) -> Chunk {
+/// Returns the next bytes of a transfer that is extracted.
+pub fn chunk(transfer: &Transfer, bytes: Vec<u8>) -> Chunk {
     Chunk { id: transfer.id, bus: transfer.bus, node: transfer.node, mux: transfer.mux, bytes }
 }

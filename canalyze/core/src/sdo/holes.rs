@@ -68,7 +68,7 @@ impl Transfer {
     }
 
     /// Settles the holes of a finished transfer.
-    pub(super) fn settle_holes(&mut self) {
+    pub fn settle_holes(&mut self) {
         let whole =
             self.data.holes.ended && self.data.size_indicated.is_some_and(|size| u64::from(size) == self.data.size);
         let anywhere = self.data.holes.list.is_empty();

@@ -3,25 +3,17 @@
 //! Findings are withheld until the channel has proved to be SDO (`proof`). Consequences are linked to their cause
 //! (`because_of`), not dropped.
 
-use super::limits::{SHORTEST_TIMEOUT_NS, UNANSWERED_NS};
+use super::limits::{LATE_NS, PROMPT, SHORTEST_TIMEOUT_NS, SILENT_NS, UNANSWERED_NS, takes_time};
 use super::phase::{Half, Phase};
 use super::state::{Doubt, SdoChannel, Verdicts};
 use super::transfer::Transfer;
-use super::wire::{self, Command, Mux, Segment, Side};
+use super::wire::{self, Command, Segment, Side};
 use crate::bytes::frame::FrameRef;
 use crate::evidence::Rules;
 use crate::rules::finding::{Code, Finding, Severity, Verdict};
 use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo010, Sdo012, Sdo018, Sdo020, Sdo023, Sdo024};
 use crate::world::context::Context;
 use crate::world::event::{Event, Note, Place, What};
-
-/// Response time that is nearly too late, in ns: clients wait for 1 s or less.
-const LATE_NS: i64 = 900_000_000;
-/// Multiple of a server's longest response time that it does not exceed.
-const PROMPT: i64 = 10;
-
-/// Maximum waiting time of a request without any frame, in ns; clients give up sooner, slow servers answer sooner.
-const SILENT_NS: i64 = 1_500_000_000;
 
 /// Maximum number of withheld findings.
 const WITHHELD: usize = 32;
@@ -364,12 +356,6 @@ impl SdoChannel {
     pub(super) fn is_unanswerable(&self, request: &Half) -> bool {
         self.verdicts.unanswerable.is_some_and(|unanswerable| unanswerable.no == request.at.no)
     }
-}
-
-/// Returns true if a server may be slow on an object: it writes or erases non-volatile memory (CiA 301, 7.5.2.13 and
-/// 7.5.2.14; CiA 302-3).
-fn takes_time(object: Mux) -> bool {
-    matches!(object.index, 0x1010 | 0x1011 | 0x1F50 | 0x1F51)
 }
 
 /// Returns true if a finding is about a missing answer.

@@ -1,16 +1,30 @@
 //! Times by which a request counts as unanswered or given up.
 
+use super::wire::Mux;
 use crate::bytes::frame::FrameRef;
 
 /// Age in ns at which a request at the capture's end counts as unanswered (CiA 301 sets no limit).
 pub const UNANSWERED_NS: i64 = 1_000_000_000;
 /// The shortest time-out of known clients, in ns.
-pub(super) const SHORTEST_TIMEOUT_NS: i64 = 300_000_000;
+pub const SHORTEST_TIMEOUT_NS: i64 = 300_000_000;
 /// Time after which a client that goes on has given up waiting, in ns.
-pub(super) const GIVEN_UP_NS: i64 = 20_000_000;
+pub const GIVEN_UP_NS: i64 = 20_000_000;
+
+/// Response time that is nearly too late, in ns: clients wait for 1 s or less.
+pub const LATE_NS: i64 = 900_000_000;
+/// Multiple of a server's longest response time that it does not exceed.
+pub const PROMPT: i64 = 10;
+/// Maximum waiting time of a request without any frame, in ns; clients give up sooner, slow servers answer sooner.
+pub const SILENT_NS: i64 = 1_500_000_000;
+
+/// Returns true if a server may be slow on an object: it writes or erases non-volatile memory (CiA 301, 7.5.2.13 and
+/// 7.5.2.14; CiA 302-3).
+pub fn takes_time(object: Mux) -> bool {
+    matches!(object.index, 0x1010 | 0x1011 | 0x1F50 | 0x1F51)
+}
 
 /// Returns true if a frame follows another within a time in ns; without stamps, always.
-pub(super) fn within(from: FrameRef, to: FrameRef, limit_ns: i64) -> bool {
+pub fn within(from: FrameRef, to: FrameRef, limit_ns: i64) -> bool {
     match (from.t_ns, to.t_ns) {
         (Some(from), Some(to)) => to.saturating_sub(from) <= limit_ns,
         _ => true,

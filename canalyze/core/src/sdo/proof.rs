@@ -24,7 +24,7 @@ const IN_VAIN: u64 = 4;
 /// Frames are SDO if more than three out of this number are plausible.
 const PART: u64 = 4;
 /// Number of requests sooner than a client gives up that shows answers outside the capture.
-const WENT_ON: u64 = 2;
+pub const WENT_ON: u64 = 2;
 /// Number of server frames in a flood without any request in the capture.
 const FLOOD: u64 = 100;
 

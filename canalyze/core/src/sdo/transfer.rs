@@ -222,6 +222,8 @@ pub struct Transfer {
     pub node: u8,
     /// The identifier (client to server) of its channel unless it is the default one.
     pub channel: Option<CanId>,
+    /// The session of a USDO transfer; `None` for SDO.
+    pub session: Option<UsdoSession>,
     /// Upload or download.
     pub direction: Direction,
     /// Expedited, segmented or block.
@@ -253,6 +255,15 @@ impl std::fmt::Debug for Transfer {
             .field("kept", &self.data.kept)
             .finish_non_exhaustive()
     }
+}
+
+/// The session of a USDO transfer (CiA 1301).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UsdoSession {
+    /// The client's node-ID.
+    pub client: u8,
+    /// The session-ID, 1..=255.
+    pub id: u8,
 }
 
 /// The parameters of a new transfer.
@@ -311,6 +322,7 @@ impl Transfer {
             bus,
             node,
             channel,
+            session: None,
             direction,
             mode,
             mux,

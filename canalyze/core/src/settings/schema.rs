@@ -303,7 +303,10 @@ impl ValueForm {
                 Value::Text(text) => bytes(text).map(|digits| json!({ "data": digits })),
                 _ => None,
             },
-            Self::Abort => spelled::hexadecimal(written(value)?, 8..=8).map(Json::from),
+            Self::Abort => {
+                let text = written(value)?;
+                spelled::hexadecimal(text, 8..=8).or_else(|| spelled::hexadecimal(text, 2..=2)).map(Json::from)
+            }
             Self::EmcyCode => emcy_code(written(value)?).map(|(code, mask)| json!([code, mask])),
             Self::Kinds => written(value).filter(|text| is_kind(text)).map(Json::from),
             Self::Often => often(value),

@@ -139,6 +139,9 @@ impl OfBus {
         for event in events {
             dirty |= match &event.what {
                 What::Message(_) | What::Pdo(_) | What::Mpdo(_) | What::Sdo(_) if again => false,
+                What::Message(Message::Usdo { request, source, .. }) => {
+                    self.usdo((*request, *source, event.node), frame, bus, ledger)
+                }
                 What::Message(message) => self.message(message, at, id, bus, ledger),
                 What::Change(change) => self.change(change, frame, bus, ledger),
                 What::Pdo(data) => self.pdo(data, frame, bus, ledger),
@@ -355,6 +358,32 @@ impl OfBus {
             self.found.sign(sign, scene!(self, ledger, bus, id, at));
         }
         self.alive(node, frame, bus, ledger)
+    }
+
+    /// Processes a frame of USDO: its sender, and the server of its transfer unless it is to all.
+    fn usdo(
+        &mut self,
+        (request, source, server): (bool, u8, Option<u8>),
+        frame: &Frame,
+        bus: &Bus,
+        ledger: &mut Ledger,
+    ) -> bool {
+        let (at, id) = (frame.reference(), frame.bus);
+        if let Some(server) = server {
+            self.heard.exchanged(server, request, at);
+        }
+        if request {
+            self.heard.control = at;
+            let writes = matches!(frame.payload().get(1), Some(0x01 | 0x02));
+            if let Some(server) = server.filter(|_| writes) {
+                self.heard.writes(server, at);
+            }
+        } else {
+            self.heard.answers(source, at);
+            let sign = Sign::of(Ends::Answered, Some(source));
+            self.found.sign(sign, scene!(self, ledger, bus, id, at));
+        }
+        (1..=127).contains(&source) && self.alive(source, frame, bus, ledger)
     }
 
     fn message(&mut self, message: &Message, at: FrameRef, id: BusId, bus: &Bus, ledger: &mut Ledger) -> bool {

@@ -166,10 +166,12 @@ impl Filter {
         clock: FilterClock,
     ) -> bool {
         let node = u32::from(transfer.node);
+        let client = transfer.session.map_or(node, |session| session.client.into());
+        let service = if transfer.session.is_some() { "usdo" } else { "sdo" };
         self.clauses.iter().all(|clause| match clause {
-            Clause::Service(services) => services.iter().any(|known| known == "sdo"),
-            Clause::Node(ranges) => within(ranges, node),
-            Clause::Id(ranges) => within(ranges, SDO_REQUEST + node) || within(ranges, SDO_RESPONSE + node),
+            Clause::Service(services) => services.iter().any(|known| known == service),
+            Clause::Node(ranges) => within(ranges, node) || within(ranges, client),
+            Clause::Id(ranges) => within(ranges, SDO_REQUEST + client) || within(ranges, SDO_RESPONSE + node),
             Clause::Bus(names) => names.iter().any(|name| name.as_bytes() == buses.name(transfer.bus)),
             Clause::Time(spans) => match (transfer.first.t_ns, transfer.last.t_ns) {
                 (Some(first), Some(last)) => spans.iter().any(|span| overlaps(*span, first, last, clock)),
@@ -194,7 +196,13 @@ impl Filter {
     pub fn shows(&self, frame: &Frame, subject: &impl Subject, buses: &Buses, clock: FilterClock) -> bool {
         self.clauses.iter().all(|clause| match clause {
             Clause::Service(services) => services.iter().any(|known| known == subject.service().0),
-            Clause::Node(ranges) => subject.service().1.is_some_and(|node| within(ranges, u32::from(node))),
+            Clause::Node(ranges) => {
+                let (service, node) = subject.service();
+                // The sender of a USDO frame is in its identifier, the destination in its first byte.
+                let ends = [frame.id.raw() & 0x7F, frame.payload().first().copied().unwrap_or(0).into()];
+                node.is_some_and(|node| within(ranges, u32::from(node)))
+                    || service == "usdo" && ends.into_iter().any(|node| within(ranges, node))
+            }
             Clause::Id(ranges) => frame.kind != Kind::Error && within(ranges, frame.id.raw()),
             Clause::Bus(names) => names.iter().any(|name| name.as_bytes() == buses.name(frame.bus)),
             Clause::Time(spans) => frame.t_ns.is_some_and(|t| spans.iter().any(|span| overlaps(*span, t, t, clock))),

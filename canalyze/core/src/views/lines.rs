@@ -306,6 +306,12 @@ impl Lines {
                 words::sdo::later_result(out, self.lang, transfer);
                 out.push(b'\n');
             }),
+            // A frame of USDO has no word of its transfer itself.
+            What::Transfer(transfer) if transfer.session.is_some() => self.dyed(out, colour, |out| {
+                put!(out; "#   ");
+                words::sdo::result(out, self.lang, transfer);
+                out.push(b'\n');
+            }),
             What::Transfer(_) | What::Change(_) | What::Message(_) | What::Pdo(_) | What::Mpdo(_) | What::Sdo(_) => {}
         }
     }

@@ -3,7 +3,7 @@
 //! The error code has its meaning by the device's profile, which the bus knows.
 
 use super::prelude::*;
-use crate::wire::message::Errors;
+use crate::wire::message::{Errors, Flaw};
 use crate::words::profiles::Profile;
 
 /// Codes and classes. A row whose low byte is 00 stands for its whole high byte; one whose low twelve bits are 0
@@ -60,6 +60,58 @@ pub fn decode(role: Role, node: u8, payload: &[u8]) -> Message {
         manufacturer: [a, b, c, d, e],
         active: Errors::default(),
         cleared: Errors::default(),
+    }
+}
+
+/// Length of an emergency of CANopen FD in bytes.
+const FD: usize = 20;
+
+static FD_FIELDS: &[FieldRow] = &[field(
+    0,
+    2,
+    ("读作错误码", "read as error code"),
+    With(code_line),
+    &[
+        JsonKey::Hex("code"),
+        JsonKey::With(|object, read| object.optional("name", code(Lang::En, Profile::UNKNOWN, read.value as u16))),
+        JsonKey::With(|object, read| object.bytes("undecoded", read.payload.get(2..).unwrap_or_default())),
+    ],
+)];
+
+/// Decodes an FD frame on a node's EMCY identifier: CANopen FD has an emergency of its own.
+pub fn decode_fd(role: Role, node: u8, payload: &[u8]) -> Message {
+    match *payload {
+        [low, high, ..] if payload.len() == FD => Message::EmcyFd { node, code: u16::from_le_bytes([low, high]) },
+        _ => Message::Malformed { role, flaw: Flaw::Fd },
+    }
+}
+
+/// The forms of an emergency of CANopen FD. The order of its fields is not public; that the code comes first, as in
+/// CiA 301, is said as a reading.
+pub(super) struct EmcyFdService;
+
+impl WireService for EmcyFdService {
+    /// `节点10的紧急报文 (CANopen FD, 20字节): 前两字节读作错误码 8130h 寿命保护错误或心跳错误, 其余未解码`.
+    fn line(&self, out: &mut Vec<u8>, lang: Lang, full: bool, message: &Message, _: &Frame) {
+        let Message::EmcyFd { node, code } = *message else { return };
+        put!(out; Named(lang, Role::Emcy(node)));
+        if !full {
+            return;
+        }
+        let meaning = self::code(lang, Profile::UNKNOWN, code).unwrap_or(lang.pick("未知错误码", "unknown error code"));
+        let code = Hex::<4>(u64::from(code));
+        say!(out, lang;
+            zh: " (CANopen FD, 20字节): 前两字节读作错误码 ", code, "h ", meaning, ", 其余未解码";
+            en: " (CANopen FD, 20 bytes): first two read as error code ", code, "h ", meaning, ", others not decoded");
+    }
+
+    fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
+        fields::lines(out, lang, FD_FIELDS, message, frame);
+        fields::data(out, lang, frame.payload().get(2..).unwrap_or_default());
+    }
+
+    fn json(&self, object: &mut Object<'_>, message: &Message, frame: &Frame) {
+        fields::json(object, FD_FIELDS, message, frame);
     }
 }
 

@@ -56,6 +56,13 @@ pub enum Message {
         /// The errors that this message clears: all active ones, if it reports that none is left.
         cleared: Errors,
     },
+    /// Emergency of CANopen FD (CiA 1301): 20 bytes, whose order is not public but for the error code.
+    EmcyFd {
+        /// Producing node, 1..=127.
+        node: u8,
+        /// Emergency error code.
+        code: u16,
+    },
     /// A PDO of the pre-defined connection set; its content needs a mapping.
     Pdo {
         /// Transmit (seen from the node) or receive.
@@ -161,7 +168,7 @@ impl Message {
             Self::FlyingMaster { kind, .. } => Role::FlyingMaster(kind),
             Self::Sync { .. } => Role::Sync,
             Self::Time { .. } => Role::Time,
-            Self::Emcy { node, .. } => Role::Emcy(node),
+            Self::Emcy { node, .. } | Self::EmcyFd { node, .. } => Role::Emcy(node),
             Self::Pdo { transmit: true, number, node }
             | Self::PdoRequest { transmit: true, number, node }
             | Self::Mpdo { transmit: true, number, node, .. } => Role::Tpdo { number, node },

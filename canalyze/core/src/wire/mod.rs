@@ -59,6 +59,7 @@ fn fd(role: Role, frame: &Frame) -> Message {
     match role {
         Role::SdoRequest(node) => usdo::decode(role, true, node, frame.payload()),
         Role::SdoResponse(node) => usdo::decode(role, false, node, frame.payload()),
+        Role::Emcy(node) => emcy::decode_fd(role, node, frame.payload()),
         Role::Nmt
         | Role::Sync
         | Role::Time
@@ -141,6 +142,7 @@ fn service(message: &Message) -> Option<&'static dyn WireService> {
             &error_control::ErrorControlService
         }
         Message::Emcy { .. } => &emcy::EmcyService,
+        Message::EmcyFd { .. } => &emcy::EmcyFdService,
         Message::Lss { .. } => &lss::LssService,
         Message::Srdo { .. } | Message::Gfc => &srdo::SrdoService,
         Message::FlyingMaster { .. } => &flying_master::FlyingMasterService,

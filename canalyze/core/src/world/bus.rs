@@ -25,6 +25,7 @@ use crate::sdo::exchange::expedited;
 use crate::sdo::state::SdoChannel;
 use crate::sdo::transfer::Transfer;
 use crate::sdo::wire::{Command, Mux, Side};
+use crate::usdo::sessions::Usdo;
 use crate::wire;
 use crate::wire::cob_id::Role;
 use crate::wire::error_frame;
@@ -56,6 +57,8 @@ pub struct Bus {
     nodes: PerNode<Node>,
     /// Default SDO channels by the server's node-ID (with identifier `None`), then further ones by theirs.
     channels: BTreeMap<(u8, Option<CanId>), Box<SdoChannel>>,
+    /// The USDO transfers; boxed, since few buses have them.
+    usdo: Box<Usdo>,
     checks: Checks,
     /// The earliest time at which a channel decides something without a frame, in ns.
     due_ns: Option<i64>,
@@ -107,6 +110,7 @@ impl Bus {
             roles,
             nodes,
             channels: BTreeMap::new(),
+            usdo: Box::default(),
             checks,
             due_ns: None,
             began_ns: None,
@@ -227,6 +231,9 @@ impl Bus {
         match role {
             Role::SdoRequest(node) if frame.kind == Kind::Data => self.sdo(Side::Client, node, frame, cx),
             Role::SdoResponse(node) if frame.kind == Kind::Data => self.sdo(Side::Server, node, frame, cx),
+            Role::SdoRequest(_) | Role::SdoResponse(_) if matches!(frame.kind, Kind::Fd { .. }) => {
+                self.usdo(role, frame, cx);
+            }
             Role::Tpdo { number, node } if data => {
                 self.process_data(PdoName { transmit: true, number, node }, frame, cx);
             }
@@ -348,6 +355,31 @@ impl Bus {
         }
         if let Some(transfer) = self.channels.get(&key).and_then(|channel| channel.confirmed()).map(Arc::clone) {
             self.ended(&transfer, cx);
+        }
+    }
+
+    /// Takes an FD frame on an identifier of SDO.
+    fn usdo(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
+        let message = wire::decode(role, frame);
+        if !matches!(message, Message::Usdo { .. }) {
+            return self.message(role, frame, cx);
+        }
+        let before = cx.events.len();
+        self.usdo.step(message, frame, &self.nodes, cx);
+        if cx.sighting == Sighting::Duplicate {
+            return;
+        }
+        self.checks.due(frame, cx);
+        self.took(before, cx);
+    }
+
+    /// Takes the transfers that have ended in the events from a place on.
+    fn took(&mut self, before: usize, cx: &mut Context<'_>) {
+        for place in before..cx.events.len() {
+            if let Some(What::Transfer(transfer)) = cx.events.get(place).map(|event| &event.what) {
+                let transfer = Arc::clone(transfer);
+                self.ended(&transfer, cx);
+            }
         }
     }
 
@@ -554,6 +586,7 @@ impl Bus {
 
     /// Lets quiet SDO channels decide what has waited long enough at `now_ns`.
     fn rest(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+        self.usdo.rest(now_ns, cx);
         if self.due_ns.is_none_or(|due_ns| now_ns <= due_ns) {
             return;
         }
@@ -564,12 +597,7 @@ impl Bus {
             channel.rest(now_ns, cx);
         }
         self.due_ns = self.channels.values().filter_map(|channel| channel.due()).min();
-        for place in before..cx.events.len() {
-            if let Some(What::Transfer(transfer)) = cx.events.get(place).map(|event| &event.what) {
-                let transfer = Arc::clone(transfer);
-                self.ended(&transfer, cx);
-            }
-        }
+        self.took(before, cx);
     }
 
     /// Resets a node (or all): its transfers end, and written values that were not stored are gone.
@@ -618,6 +646,7 @@ impl Bus {
                 channel.lost(by, cx);
             }
         }
+        self.usdo.lost(node, by, &self.nodes, cx);
     }
 
     /// Doubts earlier observations after frames were lost behind the frame `last`.
@@ -644,15 +673,17 @@ impl Bus {
     /// Reports what is open at the end of the capture.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         let sdo = self.channels.values().map(|channel| (channel.is_sdo(), channel.frames()));
-        self.checks.conclude(sdo, cx);
+        self.checks.conclude(sdo.chain(self.usdo.shown()), cx);
         self.look_for_scan();
-        let one_sided: Vec<_> = self.channels.values().filter_map(|channel| channel.one_sided()).collect();
+        let one_sided: Vec<_> =
+            self.channels.values().filter_map(|channel| channel.one_sided()).chain(self.usdo.one_sided()).collect();
         checks::one_sided::conclude(&one_sided, cx);
         for ((node, id), channel) in &mut self.channels {
             channel.asked_in_vain(id.is_none().then(|| self.checks.nodes.asked_in_vain(*node)).flatten());
             channel.scanned(channel.one_sided().is_some());
             channel.finish(cx);
         }
+        self.usdo.finish(&self.nodes, cx);
         self.checks.finish(&self.nodes, cx);
         cx.release_all();
         cx.release_unproven();

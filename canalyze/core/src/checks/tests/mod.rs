@@ -40,7 +40,7 @@ pub(super) fn raised_with(log: &str, network: Network, severities: &[&str]) -> V
 }
 
 /// Returns the JSON lines of a candump log.
-pub(super) fn lines(log: &str, network: Network) -> Vec<serde_json::Value> {
+pub(crate) fn lines(log: &str, network: Network) -> Vec<serde_json::Value> {
     let mut options = Options::of(Lang::Zh, &[Output::json(Rows::Frames)]);
     options.known.network = Arc::new(network);
     let mut session = Session::new(options);
@@ -53,7 +53,7 @@ pub(super) fn lines(log: &str, network: Network) -> Vec<serde_json::Value> {
 }
 
 /// Converts lines `ms ID#DATA`, such as `12.5 185#0102`, to a log; skips blank lines.
-pub(super) fn log(lines: &str) -> String {
+pub(crate) fn log(lines: &str) -> String {
     let written = lines.lines().map(str::trim).filter(|line| !line.is_empty()).map(|line| {
         let (ms, frame) = line.split_once(' ').unwrap();
         let us = (ms.parse::<f64>().unwrap() * 1000.0).round() as i64;

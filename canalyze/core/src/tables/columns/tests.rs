@@ -31,7 +31,7 @@ use crate::world::event::{Event, Placement, ProcessData, Signals, What};
 const FROZEN: &str = "\
 frames: frame u64, line u64?, file word, t_ns i64?, bus word?, id u32, extended bool, kind word, brs bool?, esi bool?, \
 dir word?, len u8, data binary, service word, node u8?
-transfers: transfer u64, bus word?, node u8, direction word, mode word, index u16?, sub u8?, object word?, name word?, \
+transfers: transfer u64, bus word?, node u8, client u8?, session u8?, direction word, mode word, index u16?, sub u8?, object word?, name word?, \
 type word?, size_indicated u32?, size u64, data binary, string utf8?, boolean bool?, integer i64?, raw u64?, value f64?, \
 text utf8, status word, abort_code u32?, abort_by word?, abort_text word?, first_frame u64, last_frame u64, \
 first_line u64?, last_line u64?, t_ns i64?, duration_ns i64?, reordered bool, retransmissions u32, crc_negotiated bool?, \

@@ -53,6 +53,12 @@ table! {
         transfer: U64 = one.transfer.id.0;
         bus: Name or null = cx.setting.bus(one.transfer.bus);
         node: U8 = one.transfer.node;
+        /// node-ID of the client of a USDO transfer; null for SDO
+        /// USDO传输的客户端节点ID；SDO为null
+        client: U8 or null = one.transfer.session.map(|session| session.client);
+        /// session-ID of a USDO transfer; null for SDO
+        /// USDO传输的会话ID；SDO为null
+        session: U8 or null = one.transfer.session.map(|session| session.id);
         /// download writes, upload reads
         /// download 写，upload 读
         direction: Word = one.transfer.direction.name();
@@ -131,7 +137,7 @@ table! {
         holes: List in optional = holes(one.transfer.data.holes.list());
     }
     csv [
-        transfer, t, bus, node, direction, mode, object, name, r#type, value_shown, size, status, abort_by, abort_code,
+        transfer, t, bus, node, client, session, direction, mode, object, name, r#type, value_shown, size, status, abort_by, abort_code,
         duration, first_frame, last_frame, findings, data,
     ]
 }

@@ -118,7 +118,7 @@ impl SdoEntry {
     fn said(&self) -> Said {
         match (&self.value, self.abort, self.outcome()) {
             (Some(value), ..) => value.said(),
-            (None, Some(code), _) => Said::Quantity(Quantity::Abort(AbortCode::Sdo(code))),
+            (None, Some(code), _) => Said::Quantity(Quantity::Abort(AbortCode::of(code))),
             (None, None, Outcome::Aborted) => Said::Word("aborted"),
             (None, None, _) => Said::Word("ok"),
         }

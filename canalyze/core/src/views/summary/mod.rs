@@ -276,7 +276,14 @@ impl BusSummary {
 
     fn event(&mut self, event: &Event, frame: Option<&Frame>) {
         match (&event.what, frame) {
-            (What::Message(message), Some(frame)) => self.message(message, frame),
+            (What::Message(message), Some(frame)) => {
+                self.message(message, frame);
+                if let Message::Usdo { request, .. } = *message
+                    && let Some(node) = event.node.and_then(|id| self.node(id))
+                {
+                    node.exchange(event.transfer, (request, !request), frame.reference());
+                }
+            }
             (What::Mpdo(data), Some(frame)) => self.message(&data.message(), frame),
             (What::Pdo(data), Some(frame)) => {
                 self.serves(PDO);

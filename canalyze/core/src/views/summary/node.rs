@@ -180,26 +180,23 @@ impl NodeSummary {
     /// Takes a frame of one of its SDO channels. A response is timed only if it is due and was captured after its
     /// request; consecutive block segments are not responses.
     pub fn sdo(&mut self, step: &Step, transfer: Option<TransferId>, at: FrameRef) {
+        let (client, due) = (step.side == Side::Client, step.place == Place::Due);
+        let ends = matches!(step.command, Command::Abort(..) | Command::BlockEnded);
+        let asks = client && step.answered_by.is_none() && due && !ends;
+        self.exchange(transfer, (asks, !client && due), at);
+    }
+
+    /// Takes a frame of a transfer that asks for a response or is one.
+    pub fn exchange(&mut self, transfer: Option<TransferId>, (asks, responds): (bool, bool), at: FrameRef) {
         let Some(id) = transfer else { return };
         let place = self.pending.iter().position(|(pending, _)| *pending == id);
         let requested_ns = place.map(|place| self.pending.swap_remove(place).1);
         let Some(now_ns) = at.t_ns else { return };
-        match step.side {
-            Side::Client => {
-                let ends = matches!(step.command, Command::Abort(..) | Command::BlockEnded);
-                let asks = step.answered_by.is_none() && step.place == Place::Due && !ends;
-                if asks && self.pending.len() < PENDING {
-                    self.pending.push((id, now_ns));
-                }
-            }
-            Side::Server => {
-                if let Some(requested_ns) = requested_ns
-                    && step.place == Place::Due
-                    && now_ns >= requested_ns
-                {
-                    self.response.add(now_ns.saturating_sub(requested_ns));
-                }
-            }
+        if asks && self.pending.len() < PENDING {
+            self.pending.push((id, now_ns));
+        }
+        if let Some(requested_ns) = requested_ns.filter(|requested| responds && now_ns >= *requested) {
+            self.response.add(now_ns.saturating_sub(requested_ns));
         }
     }
 

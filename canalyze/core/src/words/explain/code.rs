@@ -91,7 +91,8 @@ pub fn code(out: &mut Vec<u8>, lang: Lang, text: &str, devices: &[Description]) 
     match (sort, sub, digits) {
         (Some(Sort::Emcy), None, _) => emcy(out, lang, value),
         (Some(Sort::Register), None, _) => register(out, lang, value),
-        (Some(Sort::Abort), None, _) | (None, None, 8) => abort(out, lang, value),
+        (Some(Sort::Abort), None, 1..=2) => abort(out, lang, AbortCode::of(value)),
+        (Some(Sort::Abort), None, _) | (None, None, 8) => abort(out, lang, AbortCode::Sdo(value)),
         (Some(Sort::Statusword), None, _) => word(out, lang, 0x6041, value),
         (Some(Sort::Controlword), None, _) => word(out, lang, 0x6040, value),
         (Some(Sort::CobId), None, _) | (None, None, 1..=3) => cob_id(out, lang, value, devices),
@@ -187,11 +188,14 @@ fn register(out: &mut Vec<u8>, lang: Lang, value: u32) {
     }
 }
 
-fn abort(out: &mut Vec<u8>, lang: Lang, value: u32) {
-    let Some(words) = terms::abort_code(lang, AbortCode::Sdo(value)) else { return };
-    let hex = Hex::<8>(u64::from(value));
-    say!(out, lang; zh: "SDO中止码 ", hex, "h: ", words; en: "SDO abort code ", hex, "h: ", words);
-    put!(out; "\n  CiA 301 7.2.4.3.17\n");
+fn abort(out: &mut Vec<u8>, lang: Lang, code: AbortCode) {
+    let Some(words) = terms::abort_code(lang, code) else { return };
+    let (service, clause) = match code {
+        AbortCode::Sdo(_) => ("SDO", "CiA 301 7.2.4.3.17"),
+        AbortCode::Usdo(_) => ("USDO", "CiA 1301"),
+    };
+    say!(out, lang; zh: service, "中止码 ", code, "h: ", words; en: service, " abort code ", code, "h: ", words);
+    put!(out; "\n  ", clause, "\n");
 }
 
 fn word(out: &mut Vec<u8>, lang: Lang, index: u16, value: u32) {
