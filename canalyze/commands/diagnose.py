@@ -30,7 +30,7 @@ from canalyze.configuration.options import (
 )
 from canalyze.errors import ReaderGone, SourceError
 from canalyze.incident import KEYS
-from canalyze.output import FileOutput, Output, Progress, open_output, told
+from canalyze.output import FileOutput, Output, Progress, jsonl, open_output, told
 from canalyze.output.help import Command
 from canalyze.reports import wording
 from canalyze.running.run import Run
@@ -266,8 +266,7 @@ def _write_lines(incidents: list[dict[str, Any]], out: Output, names: tuple[str,
     """Write a JSON object for each problem; names: with the files of its recording, where there are several."""
     for one in incidents:
         record = {key: one[key] for key in KEYS} | ({"files": list(names)} if names else {})
-        line = json.dumps(record, ensure_ascii=False)
-        out.write(f"{line}\n".encode("utf-8", "backslashreplace"))
+        out.write(f"{jsonl.text(record)}\n".encode("utf-8", "backslashreplace"))
 
 
 def _chosen(

@@ -17,12 +17,19 @@ from typing import Any, Final, NamedTuple
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from canalyze.output import printable
+
 DATES: Final = 631_152_000 * 10**9
 """1990-01-01 in ns: stamps from here on are dates, earlier ones count from some start."""
 _US: Final = 1000
 _TIME: Final = pa.timestamp("us", "UTC")
 _WORD: Final = pa.dictionary(pa.int32(), pa.string())
 _SIGNED: Final = {pa.uint8(): pa.int16(), pa.uint16(): pa.int32(), pa.uint32(): pa.int64(), pa.uint64(): pa.int64()}
+_UNSAFE: Final = (
+    r"^[=+\-@]|[\x00-\x1f\x7f-\x{a0}\x{ad}\x{61c}\x{180e}"
+    r"\x{200b}-\x{200f}\x{2028}-\x{202e}\x{2060}-\x{206f}\x{feff}]"
+)
+"""What CSV must not hold as it is: characters that drive a terminal or break a line, and the begin of a formula."""
 _WHOLE: Final = frozenset({"raw"})
 """Columns of values that need all of 64 bits; others count."""
 _KEPT: Final = ("t_ns", "frame", "provenance", "cycle", "delay_ns")
@@ -147,13 +154,15 @@ def plain(batch: pa.RecordBatch) -> pa.RecordBatch:
 
 
 def texts(batch: pa.RecordBatch) -> pa.RecordBatch:
-    """Give rows as CSV can hold them: bytes in hexadecimal, lists with blanks between."""
+    """Give rows as CSV can hold them: bytes in hexadecimal, lists with blanks between, text that nothing executes."""
     return _replaced(plain(batch), [_text(one) for one in plain(batch).columns])
 
 
 def _text(values: pa.Array) -> pa.Array:
     if pa.types.is_list(values.type):
         return pc.binary_join(values.cast(pa.list_(pa.string())), " ")
+    if pa.types.is_string(values.type) or pa.types.is_large_string(values.type):
+        return _harmless(values)
     if not pa.types.is_binary(values.type):
         return values
     _, offsets, data = values.buffers()
@@ -162,6 +171,18 @@ def _text(values: pa.Array) -> pa.Array:
     doubled = pc.multiply(ends, pa.scalar(2, pa.int32()))
     text = pa.StringArray.from_buffers(len(values), doubled.buffers()[1], digits)
     return text if not values.null_count else pc.if_else(values.is_valid(), text, None)
+
+
+def _harmless(values: pa.Array) -> pa.Array:
+    """Give text without what drives a terminal, breaks a line, or is a formula to a spreadsheet, as the core's CSV."""
+    if not pc.any(pc.match_substring_regex(values, _UNSAFE)).as_py():
+        return values
+    return pa.array([None if text is None else _cell(text) for text in values.to_pylist()], values.type)
+
+
+def _cell(text: str) -> str:
+    escaped = printable(text)
+    return f"'{escaped}" if escaped.startswith(("=", "+", "-", "@")) else escaped
 
 
 def _replaced(batch: pa.RecordBatch, arrays: list[pa.Array]) -> pa.RecordBatch:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _STDOUT: Final = 1
+_MARK: Final = re.compile(rb"(##(?:vso)?)\[")
 _COMMAND: Final = re.compile(
     rb"^((?:[\t\v\f\r ]|\xc2[\x85\xa0]|\xe1\x9a\x80|\xe2\x80[\x80-\xaf]|\xe2\x81\x9f|\xe3\x80\x80)*+):(?=:)", re.M
 )
@@ -41,12 +42,12 @@ def _escaped(char: str) -> str:
 
 
 def commandless(lines: bytes) -> bytes:
-    """Give lines without what the runner of GitHub takes for a command: `::` first in a line, `##[` anywhere."""
+    """Give lines without what a runner takes for a command: `::` first in a line, `##[` or `##vso[` anywhere."""
     from canalyze._core import may_hold_command
 
     if not may_hold_command(lines):
         return lines
-    return _COMMAND.sub(rb"\1\\x3a", lines.replace(b"##[", b"##\\x5b"))
+    return _COMMAND.sub(rb"\1\\x3a", _MARK.sub(rb"\1\\x5b", lines))
 
 
 def complain(line: str) -> None:

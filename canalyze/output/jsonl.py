@@ -5,14 +5,18 @@ its number in hexadecimal, as the core does it. Must not: know a key.
 """
 
 import json
-from typing import Any
+import re
+from typing import Any, Final
+
+_COMMAND: Final = re.compile(r"(##(?:vso)?)\[")
+"""What a runner of GitHub or Azure takes for a command."""
 
 
 def text(value: Any, *, compact: bool = False, indent: int | None = None) -> str:
     """Give the JSON of a value."""
     separators = (",", ":") if compact else None
     written = json.dumps(value, ensure_ascii=False, separators=separators, indent=indent)
-    written = written.replace("##[", "##\\u005b")
+    written = _COMMAND.sub(r"\1\\u005b", written)
     if written.isprintable():
         return written
     return "".join(char if char.isprintable() or char == "\n" else _escaped(char) for char in written)

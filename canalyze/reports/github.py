@@ -111,4 +111,4 @@ def _command(name: str, properties: dict[str, str], message: str) -> str:
 
 def _plain(text: str) -> str:
     """Give a line of the log that is no command."""
-    return text.replace("##[", "##\\x5b")
+    return text.replace("##[", "##\\x5b").replace("##vso[", "##vso\\x5b")

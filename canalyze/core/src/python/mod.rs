@@ -135,7 +135,7 @@ fn omission(line: &[u8]) -> Option<i64> {
 
 #[pyfunction]
 fn may_hold_command(lines: &[u8]) -> bool {
-    [&b"::"[..], b"##["].iter().any(|sign| memchr::memmem::find(lines, sign).is_some())
+    [&b"::"[..], b"##[", b"##vso["].iter().any(|sign| memchr::memmem::find(lines, sign).is_some())
 }
 
 #[pyfunction]

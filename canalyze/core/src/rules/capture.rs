@@ -74,6 +74,9 @@ rules! {
             "definitions of a topic or type contradict each other: {frames|frame|frames} read by the first may be wrong";
         Missing { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: Option<Count> }
             "按文件自身的统计, 还缺少{frames}条消息" "{frames|message|messages} missing according to the file's own statistics";
+        Excess { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: Option<Count> }
+            "比文件自身的统计多{frames}条消息: 文件的一部分重复了"
+            "{frames|message|messages} more than the file's own statistics count: a part of the file is there twice";
         Unlocated { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: Option<Count> }
             "全部数据的校验和不符, 损坏位置不明; 已读取的{frames}帧可能有误"
             "checksum over all data does not match, damaged place unknown: {frames|frame|frames} already read may be wrong";

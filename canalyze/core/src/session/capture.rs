@@ -314,6 +314,7 @@ impl Capture {
             (DamageKind::Doubtful, _, None) => Cap004::Doubtful { offset, bytes, frames }.into(),
             (DamageKind::Doubtful, _, Some(frames)) => Cap004::DoubtfulWithFrames { offset, bytes, frames }.into(),
             (DamageKind::Definition, ..) => Cap004::Definition { offset, bytes, frames }.into(),
+            (DamageKind::Excess, ..) => Cap004::Excess { offset, bytes, frames }.into(),
             (DamageKind::Missing, ..) => Cap004::Missing { offset, bytes, frames }.into(),
             (DamageKind::Unlocated, ..) => Cap004::Unlocated { offset, bytes, frames }.into(),
         };

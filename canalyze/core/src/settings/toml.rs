@@ -19,6 +19,8 @@ const BYTE_ORDER_MARK: char = '\u{FEFF}';
 
 /// Returns the values of a file of this content.
 pub(super) fn parse(content: &[u8], file: &str) -> Result<TomlTable, Mistake> {
+    // Editors of Windows begin a file with a byte order mark.
+    let content = content.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(content);
     let text = std::str::from_utf8(content).map_err(|error| {
         let before = content.get(..error.valid_up_to()).unwrap_or(content);
         let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();

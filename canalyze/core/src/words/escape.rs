@@ -53,7 +53,7 @@ fn valid(out: &mut Vec<u8>, text: &str) {
         };
         let here = at;
         at += c.len_utf8();
-        let command = c == '[' && text.get(..here).is_some_and(|before| before.ends_with("##"));
+        let command = c == '[' && text.get(..here).is_some_and(|before| before.ends_with("##") || before.ends_with("##vso"));
         if c != '"' && c != '\\' && !unsafe_on_a_terminal(c) && !command {
             continue;
         }
@@ -66,7 +66,7 @@ fn valid(out: &mut Vec<u8>, text: &str) {
             '\r' => out.extend_from_slice(b"\\r"),
             '\t' => out.extend_from_slice(b"\\t"),
             // A JSON line may also be read on a terminal, so unsafe characters are escaped here, and so are the
-            // commands of GitHub's runners, anywhere in a line.
+            // commands of GitHub's and Azure's runners, anywhere in a line.
             c => {
                 for unit in c.encode_utf16(&mut [0; 2]) {
                     out.extend_from_slice(b"\\u");

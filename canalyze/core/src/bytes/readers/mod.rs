@@ -263,6 +263,8 @@ pub enum DamageKind {
     Definition,
     /// The file states more messages than were found.
     Missing,
+    /// The file states fewer messages than were found.
+    Excess,
     /// The check sum over all data of the file does not match, at an unknown place; any data may be wrong.
     Unlocated,
 }

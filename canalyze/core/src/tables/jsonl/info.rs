@@ -23,6 +23,7 @@ pub const DAMAGES: &[(&str, DamageKind)] = &[
     ("doubtful", DamageKind::Doubtful),
     ("definition", DamageKind::Definition),
     ("missing", DamageKind::Missing),
+    ("excess", DamageKind::Excess),
     ("unlocated", DamageKind::Unlocated),
 ];
 

@@ -73,6 +73,16 @@ impl Lost {
         let strange = found.iter().filter(|(id, _)| !counted.contains_key(id)).map(|(_, count)| count).sum();
         Some(missing.saturating_sub(strange)).filter(|missing| *missing > 0)
     }
+
+    /// Returns the number of frames beyond those that the file counts: a part of it is there twice.
+    pub(super) fn excess(&self, defined: &Defined) -> Option<u64> {
+        let (counted, found) = (self.counted.as_ref()?, defined.messages());
+        let excess = counted.iter().map(|(id, count)| {
+            let frames = defined.channel(*id).is_some_and(|channel| channel.plan.is_some());
+            if frames { found.get(id).copied().unwrap_or_default().saturating_sub(*count) } else { 0 }
+        });
+        Some(excess.fold(0, u64::saturating_add)).filter(|excess| *excess > 0)
+    }
 }
 
 /// Parses the number of messages of each channel; `None` if the record has none or is damaged.

@@ -203,10 +203,12 @@ impl File {
         self.settle(buses, sink);
         self.order.release_all(&mut |frame| sink(Item::Frame(frame), buses));
         let missing = self.lost.missing(&self.defined).filter(|_| whole);
+        let excess = self.lost.excess(&self.defined).filter(|_| whole);
         let found = [
             (DamageKind::Definition, self.defined.contradiction()),
             (DamageKind::Undefined, self.defined.unread()),
             (DamageKind::Missing, missing.map(|missing| (0, missing))),
+            (DamageKind::Excess, excess.map(|excess| (0, excess))),
         ];
         for (kind, found) in found {
             if let Some((at, frames)) = found {
