@@ -20,13 +20,13 @@ import can
 import pytest
 from conftest import Runner, command
 
-from canalyze._core import Session
+from canalyze._core import FORMATS, Session
 from canalyze.errors import OutputError, SourceError
 from canalyze.running.options import SessionOptions
 from canalyze.sinks.pythoncan import LOSSES, open_sink
 from canalyze.sources import apart, packed
 from canalyze.sources.file import Source
-from canalyze.sources.format import Opened, open_capture
+from canalyze.sources.format import Capture, Opened, open_capture
 from canalyze.sources.packed import Packer
 from canalyze.sources.pythoncan import PythonCanCapture
 from canalyze.words import Words
@@ -81,7 +81,7 @@ def told(capture: Any) -> tuple[list[dict[str, Any]], list[str]]:
 def given(data: bytes, form: str, step: int = 1 << 20) -> tuple[list[dict[str, Any]], list[str]]:
     """Read bytes as a form."""
     opened = Opened(Given(data, step))
-    return told(PythonCanCapture(opened, opened.head, form))
+    return told(Capture(opened, form) if form in FORMATS else PythonCanCapture(opened, opened.head, form))
 
 
 def session() -> Iterator[can.Message]:

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 _COLUMNS: Final[dict[str, str]] = {
     "frames": "frame:uint64 line:uint64? file:word t_ns:int64? bus:word? id:uint32 extended:bool kind:word brs:bool?"
     " esi:bool? dir:word? len:uint8=bytes data:binary service:word node:uint8?",
-    "transfers": "transfer:uint64 bus:word? node:uint8 direction:word mode:word index:uint16? sub:uint8? object:word?"
+    "transfers": "transfer:uint64 bus:word? node:uint8 client:uint8? session:uint8?"
+    " direction:word mode:word index:uint16? sub:uint8? object:word?"
     " name:word? type:word? size_indicated:uint32?=bytes size:uint64=bytes data:binary string:string? boolean:bool?"
     " integer:int64? raw:uint64? value:float64? text:string status:word abort_code:uint32? abort_by:word?"
     " abort_text:word? first_frame:uint64 last_frame:uint64 first_line:uint64? last_line:uint64? t_ns:int64?"

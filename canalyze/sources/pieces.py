@@ -1,17 +1,15 @@
 """What becomes of the bytes of a form that python-can reads in this process: records for the core.
 
-BLF goes to its reader object by object that is sound, text line by line (`blf`, `trace`). Must not: open a file, or say
+Text goes to its reader line by line (`trace`). Must not: open a file, or say
 anything to a person.
 """
 
-import io
 import struct
 from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Final, Protocol, TextIO, cast
 
 from canalyze.sources import packed
-from canalyze.sources.blf import PYTHON_CAN, Damage, Objects
 from canalyze.sources.library import library
 from canalyze.sources.packed import Packer, Unfit
 from canalyze.sources.trace import DAMAGED, PASSED_OVER, Lines, Rows, Trc, is_damaged, number_of
@@ -21,8 +19,6 @@ if TYPE_CHECKING:
 
     from canalyze.sources.pythoncan import PythonCanCapture
 
-_BATCH: Final = 4096
-"""Most frames that are joined at once."""
 _COMMAS: Final = 6
 """Of a row of python-can's table."""
 
@@ -37,11 +33,6 @@ class Pieces(Protocol):
         """Take the end of the file; give the rest. `broken`: it was unpacked only so far, reported elsewhere."""
 
 
-def _vector(channel: object) -> str:
-    """Give the bus of a channel that python-can has counted from 0: channel 1 of the file is can0."""
-    return f"can{max(channel, 0)}" if isinstance(channel, int) else "can0"
-
-
 def _peak(channel: object) -> str:
     """Give the bus of a channel counted from 1, as PEAK does."""
     return f"can{max(channel - 1, 0)}" if isinstance(channel, int) else "can0"
@@ -52,9 +43,9 @@ def as_numbered(channel: object) -> str:
     return f"can{channel}" if isinstance(channel, int) else "can0"
 
 
-def _channels(packer: Packer, more: int) -> Iterator[bytes]:
-    """Say which bus a channel of the file is; `more` is how far the file's numbers are above the library's."""
-    known = [f"{channel + more} = {bus}" for channel, bus in packer.buses.items() if isinstance(channel, int)]
+def _channels(packer: Packer) -> Iterator[bytes]:
+    """Say which bus a channel of the file is."""
+    known = [f"{channel} = {bus}" for channel, bus in packer.buses.items() if isinstance(channel, int)]
     if known:
         yield packed.dialect("channels", ", ".join(known))
 
@@ -62,68 +53,6 @@ def _channels(packer: Packer, more: int) -> Iterator[bytes]:
 def only(_: object) -> str:
     """Give the bus of a form that has no channels."""
     return "can0"
-
-
-class Blf:
-    """Sound objects of a BLF file, through python-can's reader."""
-
-    def __init__(self) -> None:
-        """Nothing was read."""
-        self._objects = Objects()
-        self._packer = Packer(5, directed=True, bus=_vector)
-        self._started = False
-
-    def feed(self, data: bytes) -> Iterator[bytes]:
-        """Take the next bytes; give records."""
-        for piece in self._objects.feed(data):
-            yield from self._start()
-            yield from self._piece(piece)
-
-    def end(self, *, broken: bool) -> Iterator[bytes]:
-        """Take the end of the file; give the rest."""
-        for piece in self._objects.end():
-            yield from self._start()
-            if not (broken and isinstance(piece, Damage) and piece.kind == packed.CUT):
-                yield from self._piece(piece)
-        yield from _channels(self._packer, 1)
-        for what, count in sorted(self._objects.passed_over.items()):
-            yield packed.passed_over(what, count)
-
-    def _start(self) -> Iterator[bytes]:
-        if self._started or self._objects.header is None:
-            return
-        self._started = True
-        yield packed.dialect("application", str(self._objects.application))
-        if self._objects.date_ns is not None:
-            yield packed.start(self._objects.date_ns)
-
-    def _piece(self, piece: bytes | Damage) -> Iterator[bytes]:
-        if isinstance(piece, Damage):
-            yield piece.record
-            return
-        header = self._objects.header
-        if not piece or header is None:
-            return
-        if not self._objects.coarse:
-            self._packer.decimals = 9
-        bare = self._objects.application != PYTHON_CAN
-        size = 32 + len(piece)
-        container = struct.pack("<4sHHLLH6xL4x", b"LOBJ", 16, 1, size, 10, 0, len(piece))
-        file = io.BytesIO(header + container + piece + bytes(size % 4))
-        batch: list[bytes] = []
-        frame = self._packer.frame
-        try:
-            for message in library().BLFReader(file):
-                try:
-                    batch.append(frame(message, 0, bare))
-                except Unfit:
-                    batch.append(packed.damage(packed.STRUCTURE, self._objects.offset))
-                if len(batch) >= _BATCH:
-                    yield b"".join(batch)
-                    batch = []
-        except Exception:  # nothing that is known; what comes behind it is still read
-            batch.append(packed.damage(packed.STRUCTURE, self._objects.offset))
-        yield b"".join(batch)
 
 
 class Text:
@@ -239,7 +168,7 @@ class TrcText(Text):
         yield from super().end(broken=broken)
         self._left_out(self._rows.settle())
         yield b"".join(self.out)
-        yield from _channels(self.packer, 0)
+        yield from _channels(self.packer)
 
     def _aside(self) -> bool:
         """Follow the numbers of the rows; take a line that only says that rows were left out."""

@@ -1,13 +1,11 @@
-"""What python-can reads (BLF, TRC, MF4, CSV, SQLite), in batches of records for the core.
+"""What python-can reads (TRC, MF4, CSV, SQLite), in batches of records for the core.
 
 Only this file and `pieces` read by it. Its readers give one message at a time and were not made for damaged files. So
-they get BLF object by object that is sound, and text line by line (`blf`, `trace`); what an exception ends is told as
-damage, what came before it stays, and what the library prints, logs or warns becomes one line each. Must not: decode a
-format itself beyond that.
+they get text line by line (`trace`); what an exception ends is told as damage, what came before it stays, and what the
+library prints, logs or warns becomes one line each. Must not: decode a format itself beyond that.
 
 | form | channel | direction | stamps |
 |---|---|---|---|
-| blf | channel 1 of the file is `can0` | yes | from the header's date, 10 µs or 1 ns |
 | trc | bus 1 is `can0`, also without a column | from 1.1 on | from the header's date, as many digits as there |
 | mf4 | its number is the name's | yes | absolute, µs |
 | csv, sqlite | `can0` | no | as they are, µs where they are dates |
@@ -28,13 +26,13 @@ from canalyze.sources.database import Copy, bound, copied, heed
 from canalyze.sources.heard import Heard
 from canalyze.sources.library import has_asammdf, library
 from canalyze.sources.packed import Packer, Unfit
-from canalyze.sources.pieces import Blf, CsvText, Pieces, TrcText, as_numbered, only
+from canalyze.sources.pieces import CsvText, Pieces, TrcText, as_numbered, only
 
 if TYPE_CHECKING:
     from canalyze.sources.compressed import Damage as Damaged
     from canalyze.sources.format import Opened
 
-TITLES: Final = {"blf": "Vector BLF", "trc": "PEAK TRC", "mf4": "MF4", "csv": "CSV", "sqlite": "SQLite"}
+TITLES: Final = {"trc": "PEAK TRC", "mf4": "MF4", "csv": "CSV", "sqlite": "SQLite"}
 """How a form is called in a sentence."""
 _BATCH: Final = 4096
 """Most frames that are joined at once."""
@@ -143,7 +141,7 @@ class PythonCanCapture:
         if self._form in ("mf4", "sqlite"):
             yield from self._from_path(head)
             return
-        pieces: Pieces = Blf() if self._form == "blf" else TrcText(self) if self._form == "trc" else CsvText(self)
+        pieces: Pieces = TrcText(self) if self._form == "trc" else CsvText(self)
         data = head
         while data:
             yield from _batched(pieces.feed(data))

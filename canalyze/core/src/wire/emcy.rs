@@ -72,8 +72,10 @@ static FD_FIELDS: &[FieldRow] = &[field(
     ("读作错误码", "read as error code"),
     With(code_line),
     &[
-        JsonKey::Hex("code"),
-        JsonKey::With(|object, read| object.optional("name", code(Lang::En, Profile::UNKNOWN, read.value as u16))),
+        JsonKey::Hex("read_as_code"),
+        JsonKey::With(|object, read| {
+            object.optional("read_as_name", code(Lang::En, Profile::UNKNOWN, read.value as u16))
+        }),
         JsonKey::With(|object, read| object.bytes("undecoded", read.payload.get(2..).unwrap_or_default())),
     ],
 )];

@@ -53,7 +53,8 @@ fn valid(out: &mut Vec<u8>, text: &str) {
         };
         let here = at;
         at += c.len_utf8();
-        let command = c == '[' && text.get(..here).is_some_and(|before| before.ends_with("##") || before.ends_with("##vso"));
+        let command =
+            c == '[' && text.get(..here).is_some_and(|before| before.ends_with("##") || before.ends_with("##vso"));
         if c != '"' && c != '\\' && !unsafe_on_a_terminal(c) && !command {
             continue;
         }

@@ -5,6 +5,7 @@
 //! [`Reader`], and its signature in `sniff`.
 
 pub mod asc;
+pub mod blf;
 pub mod candump;
 mod lines;
 pub mod listing;
@@ -16,6 +17,7 @@ pub mod rows;
 pub mod sniff;
 
 use self::asc::Asc;
+use self::blf::Blf;
 use self::candump::{Candump, Stamps};
 use self::live::Live;
 use self::mcap::Mcap;
@@ -36,6 +38,8 @@ pub enum InputFormat {
     Live,
     /// Vector's ASC log.
     Asc,
+    /// Vector's binary log.
+    Blf,
     /// MCAP, as recorded by ROS.
     Mcap,
     /// pcap and pcapng, which the reader distinguishes.
@@ -49,6 +53,7 @@ impl InputFormat {
     pub const NAMES: &[(&str, InputFormat)] = &[
         ("candump", InputFormat::Candump),
         ("asc", InputFormat::Asc),
+        ("blf", InputFormat::Blf),
         ("mcap", InputFormat::Mcap),
         ("pcap", InputFormat::Pcap),
         ("pcapng", InputFormat::Pcap),
@@ -79,6 +84,8 @@ pub enum Reader {
     Live(Live),
     /// Vector's ASC log.
     Asc(Asc),
+    /// Vector's binary log.
+    Blf(Blf),
     /// MCAP.
     Mcap(Mcap),
     /// pcap and pcapng.
@@ -95,6 +102,7 @@ impl Reader {
             InputFormat::Packed => Self::Packed(Packed::default()),
             InputFormat::Live => Self::Live(Live::default()),
             InputFormat::Asc => Self::Asc(Asc::default()),
+            InputFormat::Blf => Self::Blf(Blf::default()),
             InputFormat::Mcap => Self::Mcap(Mcap::new(settings.mcap.clone())),
             InputFormat::Pcap => Self::Pcap(Pcap::default()),
             InputFormat::Rows => Self::Rows(Rows::default()),
@@ -114,6 +122,7 @@ impl Reader {
             Self::Packed(reader) => reader.feed(bytes, buses, sink),
             Self::Live(reader) => reader.feed(bytes, buses, sink),
             Self::Asc(reader) => reader.feed(bytes, buses, sink),
+            Self::Blf(reader) => reader.feed(bytes, buses, sink),
             Self::Mcap(reader) => reader.feed(bytes, buses, sink),
             Self::Pcap(reader) => reader.feed(bytes, buses, sink),
             Self::Rows(reader) => reader.feed(bytes, buses, sink),
@@ -128,6 +137,7 @@ impl Reader {
             Self::Packed(reader) => reader.finish(buses, sink),
             Self::Live(reader) => reader.finish(buses, sink),
             Self::Asc(reader) => reader.finish(buses, sink),
+            Self::Blf(reader) => reader.finish(buses, sink),
             Self::Mcap(reader) => reader.finish(buses, sink),
             Self::Pcap(reader) => reader.finish(buses, sink),
             Self::Rows(reader) => reader.finish(buses, sink),
@@ -142,6 +152,7 @@ impl Reader {
             Self::Packed(reader) => reader.interrupt(buses, sink),
             Self::Live(reader) => reader.interrupt(buses, sink),
             Self::Asc(reader) => reader.interrupt(buses, sink),
+            Self::Blf(reader) => reader.interrupt(buses, sink),
             Self::Mcap(reader) => reader.interrupt(buses, sink),
             Self::Pcap(reader) => reader.interrupt(buses, sink),
             Self::Rows(reader) => reader.interrupt(buses, sink),
@@ -154,6 +165,7 @@ impl Reader {
             Self::Candump(_) | Self::Live(_) => Contents::default(),
             Self::Packed(reader) => reader.contents(),
             Self::Asc(reader) => reader.contents(),
+            Self::Blf(reader) => reader.contents(),
             Self::Mcap(reader) => reader.contents(),
             Self::Pcap(reader) => reader.contents(),
             Self::Rows(reader) => reader.contents(),
