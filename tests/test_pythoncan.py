@@ -330,10 +330,11 @@ def test_lines_of_trc_that_are_no_frames() -> None:
     assert [line.split(":")[1] for line in named[:3]] == ["7", "8", "9"], complaints
 
 
-def test_trc_of_no_known_version_is_refused() -> None:
+def test_trc_of_no_known_version_is_one_damage() -> None:
     text = TRC.format(version="9.9", columns="", rows="1) 1.0 x").encode()
-    with pytest.raises(SourceError, match=r"given: .*PEAK TRC.*FILEVERSION=9.9"):
-        given(text, "trc")
+    frames, complaints = given(text, "trc")
+    assert (frames, len(complaints)) == ([], 1)
+    assert "CAP004" in complaints[0]
 
 
 @pytest.mark.parametrize("step", [1, 13, 1 << 20])

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from canalyze.sources.memory import Memory
     from canalyze.sources.pythoncan import PythonCanCapture
 
-BRIDGED: Final = {"trc": "trc", "mf4": "mf4", "csv": "csv", "db": "sqlite"}
+BRIDGED: Final = {"mf4": "mf4", "csv": "csv", "db": "sqlite"}
 """What python-can reads: the names of --input-format, and what the core's sniff calls them."""
 
 _SIGN: Final = 6

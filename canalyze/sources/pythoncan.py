@@ -1,12 +1,11 @@
-"""What python-can reads (TRC, MF4, CSV, SQLite), in batches of records for the core.
+"""What python-can reads (MF4, CSV, SQLite), in batches of records for the core.
 
 Only this file and `pieces` read by it. Its readers give one message at a time and were not made for damaged files. So
-they get text line by line (`trace`); what an exception ends is told as damage, what came before it stays, and what the
+they get text line by line (`lines`); what an exception ends is told as damage, what came before it stays, and what the
 library prints, logs or warns becomes one line each. Must not: decode a format itself beyond that.
 
 | form | channel | direction | stamps |
 |---|---|---|---|
-| trc | bus 1 is `can0`, also without a column | from 1.1 on | from the header's date, as many digits as there |
 | mf4 | its number is the name's | yes | absolute, µs |
 | csv, sqlite | `can0` | no | as they are, µs where they are dates |
 """
@@ -26,13 +25,13 @@ from canalyze.sources.database import Copy, bound, copied, heed
 from canalyze.sources.heard import Heard
 from canalyze.sources.library import has_asammdf, library
 from canalyze.sources.packed import Packer, Unfit
-from canalyze.sources.pieces import CsvText, Pieces, TrcText, as_numbered, only
+from canalyze.sources.pieces import CsvText, Pieces, as_numbered, only
 
 if TYPE_CHECKING:
     from canalyze.sources.compressed import Damage as Damaged
     from canalyze.sources.format import Opened
 
-TITLES: Final = {"trc": "PEAK TRC", "mf4": "MF4", "csv": "CSV", "sqlite": "SQLite"}
+TITLES: Final = {"mf4": "MF4", "csv": "CSV", "sqlite": "SQLite"}
 """How a form is called in a sentence."""
 _BATCH: Final = 4096
 """Most frames that are joined at once."""
@@ -141,7 +140,7 @@ class PythonCanCapture:
         if self._form in ("mf4", "sqlite"):
             yield from self._from_path(head)
             return
-        pieces: Pieces = TrcText(self) if self._form == "trc" else CsvText(self)
+        pieces: Pieces = CsvText(self)
         data = head
         while data:
             yield from _batched(pieces.feed(data))

@@ -9,11 +9,11 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 62_480;
+const WHOLE: usize = 62_820;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
-    ("bytes", 9_970),
+    ("bytes", 10_310),
     ("checks", 7_450),
     ("evidence", 3_350),
     ("lib", 50),

@@ -320,6 +320,12 @@ impl Gaps {
         }
     }
 
+    /// Processes a row whose number cannot be read: it is the next one.
+    pub(super) fn uncounted(&mut self, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.last = self.last.and_then(|last| last.checked_add(1));
+        self.settle(buses, sink);
+    }
+
     /// Processes a row with this number. A number that is not greater than the last one starts anew.
     pub(super) fn numbered(
         &mut self,

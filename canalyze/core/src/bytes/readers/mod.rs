@@ -15,6 +15,7 @@ pub mod packed;
 pub mod pcap;
 pub mod rows;
 pub mod sniff;
+pub mod trc;
 
 use self::asc::Asc;
 use self::blf::Blf;
@@ -24,6 +25,7 @@ use self::mcap::Mcap;
 use self::packed::Packed;
 use self::pcap::Pcap;
 use self::rows::Rows;
+use self::trc::Trc;
 use crate::bytes::frame::{BusId, Buses, Frame, Stamp};
 
 /// The formats that this crate reads. Their names are those of `--input-format`.
@@ -46,6 +48,8 @@ pub enum InputFormat {
     Pcap,
     /// Rows that other programs list.
     Rows,
+    /// PEAK's trace.
+    Trc,
 }
 
 impl InputFormat {
@@ -58,6 +62,7 @@ impl InputFormat {
         ("pcap", InputFormat::Pcap),
         ("pcapng", InputFormat::Pcap),
         ("rows", InputFormat::Rows),
+        ("trc", InputFormat::Trc),
     ];
 }
 
@@ -92,6 +97,8 @@ pub enum Reader {
     Pcap(Pcap),
     /// Rows of a listing.
     Rows(Rows),
+    /// PEAK's trace.
+    Trc(Trc),
 }
 
 impl Reader {
@@ -106,6 +113,7 @@ impl Reader {
             InputFormat::Mcap => Self::Mcap(Mcap::new(settings.mcap.clone())),
             InputFormat::Pcap => Self::Pcap(Pcap::default()),
             InputFormat::Rows => Self::Rows(Rows::default()),
+            InputFormat::Trc => Self::Trc(Trc::default()),
         }
     }
 
@@ -126,6 +134,7 @@ impl Reader {
             Self::Mcap(reader) => reader.feed(bytes, buses, sink),
             Self::Pcap(reader) => reader.feed(bytes, buses, sink),
             Self::Rows(reader) => reader.feed(bytes, buses, sink),
+            Self::Trc(reader) => reader.feed(bytes, buses, sink),
         }
     }
 
@@ -141,6 +150,7 @@ impl Reader {
             Self::Mcap(reader) => reader.finish(buses, sink),
             Self::Pcap(reader) => reader.finish(buses, sink),
             Self::Rows(reader) => reader.finish(buses, sink),
+            Self::Trc(reader) => reader.finish(buses, sink),
         }
     }
 
@@ -156,6 +166,7 @@ impl Reader {
             Self::Mcap(reader) => reader.interrupt(buses, sink),
             Self::Pcap(reader) => reader.interrupt(buses, sink),
             Self::Rows(reader) => reader.interrupt(buses, sink),
+            Self::Trc(reader) => reader.interrupt(buses, sink),
         }
     }
 
@@ -169,6 +180,7 @@ impl Reader {
             Self::Mcap(reader) => reader.contents(),
             Self::Pcap(reader) => reader.contents(),
             Self::Rows(reader) => reader.contents(),
+            Self::Trc(reader) => reader.contents(),
         }
     }
 }
