@@ -10,6 +10,7 @@ use crate::evidence::{Rules, When};
 use crate::rules::finding::{Finding, Verdict};
 use crate::rules::sdo::{Sdo002, Sdo018, Sdo020, Sdo031};
 use crate::sdo::abort_code::AbortCode;
+use crate::sdo::channel::is_whole;
 use crate::sdo::limits::{LATE_NS, PROMPT, SHORTEST_TIMEOUT_NS, SILENT_NS, UNANSWERED_NS, takes_time};
 use crate::sdo::proof::{OneSided, WENT_ON};
 use crate::sdo::wire::{Mux, Side};
@@ -127,12 +128,15 @@ impl Servers {
         self.report(verdict.into(), server, object, (at, None), cx);
     }
 
-    /// Reports a response whose request is not in the capture, unless the capture had just begun.
-    pub(super) fn find_lost_request(&mut self, server: u8, object: Option<Mux>, cx: &mut Context<'_>) {
-        let began = |one: &Server| one.requests > 0;
-        if self.all.get(&server).is_some_and(began) {
+    /// Reports a response whose request is not in the capture, unless the capture had just begun; returns true if it is
+    /// reported.
+    pub(super) fn find_lost_request(&mut self, server: u8, object: Option<Mux>, cx: &mut Context<'_>) -> bool {
+        let heard_ns = cx.at.t_ns.zip(self.began_ns).map_or(0, |(now, began)| now.saturating_sub(began));
+        let reported = self.is_known(server) && is_whole(heard_ns);
+        if reported {
             self.report(Sdo002::NoRequest.into(), server, object, (cx.at, None), cx);
         }
+        reported
     }
 
     fn report(
@@ -248,7 +252,7 @@ impl Servers {
 
     /// Begins anew after lost frames.
     pub(super) fn restart(&mut self) {
-        self.waits_ns = None;
+        (self.waits_ns, self.began_ns) = (None, None);
         for one in self.all.values_mut() {
             (one.last, one.mute) = (None, None);
         }

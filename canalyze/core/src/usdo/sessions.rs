@@ -147,7 +147,7 @@ impl Usdo {
         let key = TransferKey { client, server, session: pdu.session };
         self.servers.count(request, server, &pdu, usize::from(frame.len), cx);
         let id = match (request, server) {
-            (true, 0) => self.to_all(key, &pdu, frame, nodes, cx),
+            (true, 0) => self.sent_to_all(key, &pdu, frame, nodes, cx),
             (true, _) => self.client(key, &pdu, nodes, cx),
             (false, _) => self.server(key, &pdu, nodes, cx),
         };
@@ -157,7 +157,7 @@ impl Usdo {
     }
 
     /// Takes a request to all nodes: the transfers are those of the servers that respond.
-    fn to_all(
+    fn sent_to_all(
         &mut self,
         key: TransferKey,
         pdu: &Pdu<'_>,
@@ -239,6 +239,11 @@ impl Usdo {
             }
             Body::Counter(_) => {
                 (one.transfer.direction, one.transfer.mode) = (Direction::Upload, Mode::Segmented);
+                if initiated {
+                    // The response that gives the size is not in the capture.
+                    one.transfer.data.size_indicated = None;
+                    one.transfer.data.requested = Vec::new();
+                }
             }
             _ => return Some(id),
         }
@@ -313,10 +318,13 @@ impl Usdo {
             if again && cx.evidence.recording.is_sent_again(asked.at, cx.at) {
                 one.transfer.note_finding(Code::Sdo015);
                 self.servers.find(Code::Sdo015, key.server, mux, asked.at, cx);
-            } else if !again && !matches!(one.phase, UsdoPhase::Initiated(_)) {
-                one.transfer.note_finding(Code::Sdo008);
-                self.servers.find(Code::Sdo008, key.server, mux, cx.at, cx);
+            } else if !again {
+                let verdict = one.unanswered();
+                self.servers.find(verdict, key.server, mux, asked.at, cx);
             }
+        } else if one.reported.is_none() {
+            one.transfer.note_finding(Code::Sdo008);
+            self.servers.find(Code::Sdo008, key.server, mux, cx.at, cx);
         }
         self.complete(key, Status::Incomplete, false, nodes, cx);
     }
@@ -348,12 +356,12 @@ impl Usdo {
             UsdoPhase::Initiated(0x11) => matches!(pdu.command, 0x31 | 0x32),
             UsdoPhase::Initiated(_) => pdu.command == 0x22,
             UsdoPhase::Segments if one.is_upload() => matches!(pdu.command, 0x33 | 0x34),
-            UsdoPhase::Segments => pdu.command == 0x23,
+            UsdoPhase::Segments => matches!(pdu.command, 0x23 | 0x24),
             UsdoPhase::Ending => matches!(pdu.command, 0x23 | 0x24),
             UsdoPhase::Over => false,
         };
         if !awaited {
-            self.servers.find(Sdo002::NoRequest, key.server, object, at, cx);
+            self.servers.find_lost_request(key.server, object, cx);
             return Some(id);
         }
         one.transfer.last = at;
@@ -400,7 +408,15 @@ impl Usdo {
                 self.missing(key, missing, cx);
                 self.end(key, nodes, cx);
             }
-            _ => self.end(key, nodes, cx),
+            _ => {
+                if one.phase == UsdoPhase::Segments {
+                    // The last segment is confirmed, and not in the capture.
+                    let rest = one.transfer.rest();
+                    one.transfer.miss(rest);
+                    self.missing(key, 1, cx);
+                }
+                self.end(key, nodes, cx);
+            }
         }
         Some(id)
     }
@@ -508,9 +524,8 @@ impl Usdo {
         };
         let mut transfer = self.transfer(key, direction, mode, pdu.mux(), cx);
         transfer.outcome.midway = true;
-        if self.servers.is_known(key.server) {
+        if self.servers.find_lost_request(key.server, pdu.mux(), cx) {
             transfer.note_finding(Code::Sdo002);
-            self.servers.find_lost_request(key.server, pdu.mux(), cx);
         }
         let id = transfer.id;
         let mut one = Box::new(OpenTransfer::new(transfer, UsdoPhase::Segments, None));

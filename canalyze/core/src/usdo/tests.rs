@@ -173,3 +173,19 @@ fn any_bytes() {
     let lines = read(&text);
     assert!(lines.iter().filter(|line| line["kind"] == "frame").count() > 2000);
 }
+
+#[test]
+fn what_a_lost_frame_leaves() {
+    let begin = "10 67E##105020902002F0F0046000000\n10.1 585##17E220902002F\n10.2 67E##105030900";
+    // The last segment is missing in the capture.
+    let lines = read(&format!("{begin}{}\n10.3 585##17E230900\n10.5 585##17E2409\n", full("AA")));
+    let all = transfers(&lines);
+    assert_eq!((&all[1]["status"], &all[1]["size"]), (&"incomplete".into(), &60.into()));
+    assert_eq!(codes(&lines), [("SDO024", 7)]);
+    // A response without its request at the beginning is no fault.
+    assert!(codes(&lines_of("0 585##1023107021810070402000000\n")).is_empty());
+}
+
+fn lines_of(frames: &str) -> Vec<Value> {
+    lines(&log(frames), Network::default())
+}

@@ -69,7 +69,8 @@ pub(super) fn frame<'a>(text: &[u8], after: &'a [u8], frame: &mut Frame) -> Resu
     let rest = rest.strip_prefix(b"#").unwrap_or(rest);
     let begun = || rest.iter().all(|&byte| nibble(byte) < 16 || matches!(byte, b'.' | b'#' | b'R' | b'r' | b'_'));
     let fail = |reason| Fail { reason, end: reason == Unreadable::Data && after.is_empty() && begun() };
-    if let (5, [_, _, b':', _, _, b':', ..]) = (id.len(), rest) {
+    // Flags, type and acceptance field of CAN XL; the network of its identifier is left out if it is 0.
+    if let (3 | 5, [_, _, b':', _, _, b':', ..]) = (id.len(), rest) {
         return Err(fail(if is_hex(id) { Unreadable::CanXl } else { Unreadable::NoFrame }));
     }
     let (id, error) = identifier(id).map_err(|reason| Fail { reason, end: false })?;

@@ -128,6 +128,7 @@ fn compact_lines() {
         ("(1.5) can0 80000001#00", "! Identifier"),
         ("(1.5) can0 20000001#R", "! Identifier"),
         ("(1.5) can0 45123#81:00:12345678#1122", "! CanXl"),
+        ("(1.5) can0 123#A0:05:00000000#ABAB", "! CanXl"),
     ] {
         check(line, expected);
     }
