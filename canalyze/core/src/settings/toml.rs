@@ -15,7 +15,6 @@ use super::value::{KeyName, TomlTable, Value, short};
 const DEEPEST: usize = 32;
 /// Maximum number of characters of a number, or of a key without quotes.
 const LONGEST: usize = 128;
-const BYTE_ORDER_MARK: char = '\u{FEFF}';
 
 /// Returns the values of a file of this content.
 pub(super) fn parse(content: &[u8], file: &str) -> Result<TomlTable, Mistake> {
@@ -39,9 +38,6 @@ pub(super) fn parse(content: &[u8], file: &str) -> Result<TomlTable, Mistake> {
             ],
         )
     };
-    if text.starts_with(BYTE_ORDER_MARK) {
-        return Err(broken(0, "invalid byte order mark"));
-    }
     limit(text, file, &lines)?;
     let root = DeTable::parse(text).map_err(|error| {
         let at = error.span().map_or(text.len(), |span| span.start);
@@ -200,7 +196,7 @@ mod tests {
         let broken = |line: &str, column: &str| ("config.broken".to_owned(), line.to_owned(), column.to_owned());
         assert_eq!(told("# é\nä = 1 é\n".as_bytes()).0, "config.broken");
         assert_eq!(told(b"a = 1\na = 2\n"), broken("2", "1"));
-        assert_eq!(told("\u{feff}a = 1".as_bytes()), broken("1", "1"));
+        assert!(parse("\u{feff}a = 1".as_bytes(), "f").is_ok());
         assert_eq!(told(b"a = 1\n\xff").0, "config.not_utf8");
         assert_eq!(told(b"a = 1\n\xff").1, "2");
         assert_eq!(told(format!("a = {}", "/long".repeat(50)).as_bytes()).0, "config.broken");
