@@ -146,7 +146,7 @@ def test_a_format_that_was_asked_for_is_named(canalyze: Runner, tmp_path: Path) 
         done = canalyze("--lang", "en", "decode", "--input-format", form, "a.log")
         assert (done.code, done.out) == (2, "")
         assert f"read as {title}, no CAN frames" in done.complaints[-1]
-        assert "candump, asc, mcap, pcap, pcapng, rows, blf, trc, mf4, csv, db" in done.complaints[-1]
+        assert "candump, asc, blf, mcap, pcap, pcapng, rows, trc, mf4, csv, db" in done.complaints[-1]
 
 
 def test_a_format_that_does_not_fit_names_those_that_there_are(canalyze: Runner, tmp_path: Path) -> None:
@@ -155,7 +155,7 @@ def test_a_format_that_does_not_fit_names_those_that_there_are(canalyze: Runner,
         for form in ("asc", "trc", "csv", "db", "pcapng", "nothing"):
             done = canalyze("--lang", lang, "decode", "--input-format", form, "a.log")
             assert (done.code, done.out) == (2, ""), form
-            assert "candump, asc, mcap, pcap, pcapng, rows, blf, trc, mf4, csv, db" in done.complaints[-1], form
+            assert "candump, asc, blf, mcap, pcap, pcapng, rows, trc, mf4, csv, db" in done.complaints[-1], form
     # Where nobody has said what it is there is nothing to choose.
     (tmp_path / "a.asc").write_text("date Sam Sep 30 15:06:13.191 2017\nbase hex  timestamps absolute\n")
     assert "--input-format" not in canalyze("--lang", "en", "decode", "a.asc").err

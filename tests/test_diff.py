@@ -35,7 +35,7 @@ SESSIONS = [
     path
     for folder in (SAMPLES, SAMPLES / "network", SAMPLES / "stacks")
     for path in sorted(folder.glob("*.log"))
-    if path.stem not in ("services", "zephyr-sdo", "zephyr-sdo-causal", "sdo-abort")
+    if path.stem not in ("services", "usdo", "zephyr-sdo", "zephyr-sdo-causal", "sdo-abort")
 ]
 """Sessions without faults, as far as they can be read here; in sdo-abort the order of frames is what is wrong."""
 

@@ -153,7 +153,7 @@ MAY_USE: dict[str, set[str]] = {
         "output.writing",
     },
     "timeline": {*SAID, "_core", "output.layout", "output", "reports", "output.writing"},
-    "exporting": {*SAID, "_core", "library", "output.writing"},
+    "exporting": {*SAID, "_core", "library", "output", "output.writing"},
     "monitor": {*READ, "output.layout", "output", "running.reading"},
     "pytest_plugin": {*SAID, "finding", "incident", "library", "output", "output.writing"},
 }

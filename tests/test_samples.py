@@ -59,6 +59,7 @@ TRANSFERS: dict[str, list[Wanted]] = {
     "services": [
         ("can0", 10, "download", "expedited", "1A00", 0, "FF"),
         ("can0", 10, "download", "expedited", "1A01", 0, "FE"),
+        ("can1", 5, "upload", "expedited", "1018", 0, "78563412"),
     ],
 }
 

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 62_820;
+const WHOLE: usize = 62_910;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -22,14 +22,14 @@ const BUDGETS: &[(&str, usize)] = &[
     ("sdo", 4_600),
     ("session", 2_780),
     ("settings", 1_310),
-    ("stories", 6_080),
-    ("tables", 6_100),
+    ("stories", 6_110),
+    ("tables", 6_110),
     // The transfers of CANopen FD.
-    ("usdo", 830),
+    ("usdo", 920),
     ("views", 7_720),
-    ("wire", 2_550),
-    ("words", 3_700),
-    ("world", 3_080),
+    ("wire", 2_720),
+    ("words", 3_710),
+    ("world", 3_110),
 ];
 
 /// Adds the product lines below a folder, each under its room.

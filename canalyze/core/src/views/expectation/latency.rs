@@ -117,28 +117,34 @@ impl Latencies {
 
     /// Takes a frame of an SDO channel.
     pub(super) fn step(&mut self, step: &Step, event: &Event, scene: &mut Scene<'_>) {
+        let (client, due) = (step.side == Side::Client, step.place == Stands::Due);
+        let ends = matches!(step.command, Command::Abort(..) | Command::BlockEnded);
+        let asks = client && step.answered_by.is_none() && due && !ends;
+        self.exchange((asks, !client && due), step.mux.or(step.command.mux()), event, scene);
+    }
+
+    /// Takes a frame of a transfer that asks for a response or is one.
+    pub(super) fn exchange(
+        &mut self,
+        (asks, responds): (bool, bool),
+        mux: Option<Mux>,
+        event: &Event,
+        scene: &mut Scene<'_>,
+    ) {
         let (Some(id), Some(node), true) = (event.transfer, event.node, self.sdo) else { return };
         let place = self.pending.iter().position(|(pending, ..)| *pending == id);
         let requested = place.map(|place| self.pending.swap_remove(place).2);
-        match step.side {
-            Side::Client => {
-                let ends = matches!(step.command, Command::Abort(..) | Command::BlockEnded);
-                if step.answered_by.is_none() && step.place == Stands::Due && !ends && self.pending.len() < PENDING {
-                    self.pending.push((id, scene.bus, scene.at));
-                }
-            }
-            Side::Server => {
-                let Some(requested) = requested.filter(|_| step.place == Stands::Due) else { return };
-                let Some((now, then)) = scene.at.t_ns.zip(requested.t_ns) else { return };
-                let mux = step.mux.or(step.command.mux());
-                let about = |entry: &LatencyEntry| entry.of == Measure::Sdo && entry.is_about(mux);
-                let found = now.saturating_sub(then);
-                self.measure(about, Some(node), found, scene, |expected, scene| {
-                    let breach = scene.breach(Exp013::Response { expected, found }).about(requested);
-                    if let Some(mux) = mux { breach.object(mux) } else { breach }
-                });
-            }
+        if asks && self.pending.len() < PENDING {
+            self.pending.push((id, scene.bus, scene.at));
         }
+        let Some(requested) = requested.filter(|_| responds) else { return };
+        let Some((now, then)) = scene.at.t_ns.zip(requested.t_ns) else { return };
+        let about = |entry: &LatencyEntry| entry.of == Measure::Sdo && entry.is_about(mux);
+        let found = now.saturating_sub(then);
+        self.measure(about, Some(node), found, scene, |expected, scene| {
+            let breach = scene.breach(Exp013::Response { expected, found }).about(requested);
+            if let Some(mux) = mux { breach.object(mux) } else { breach }
+        });
     }
 
     /// Forgets a transfer that has ended.

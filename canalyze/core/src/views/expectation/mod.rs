@@ -34,6 +34,8 @@ use crate::rules::finding::{Deviation, Facts, Finding, Unmet};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
 use crate::stories::Diagnosis;
+use crate::wire::message::Message;
+use crate::wire::usdo::Pdu;
 use crate::world::change::{Change, EmcyChange};
 use crate::world::event::{Event, What};
 
@@ -318,6 +320,10 @@ impl Verification {
         match (&event.what, frame) {
             (What::Transfer(transfer), _) => self.latencies.ended(transfer, scene),
             (What::Sdo(step), Some(_)) => self.latencies.step(step, event, scene),
+            (What::Message(Message::Usdo { request, .. }), Some(frame)) => {
+                let mux = Pdu::read(frame.payload()).and_then(|pdu| pdu.mux());
+                self.latencies.exchange((*request, !request), mux, event, scene);
+            }
             (What::Pdo(data), Some(frame)) => {
                 self.signals.process_data(data, frame, scene);
                 self.states.process_data(data, frame, scene);

@@ -18,16 +18,21 @@ use crate::words::lane;
 
 /// Most channels that have lanes; further ones have none.
 const LANES: usize = 4096;
+/// Most lanes of one server whose transfers run at once; further ones share the last.
+const AT_ONCE: u8 = 8;
 /// Most transfers whose server's identifier is remembered.
 const RUNNING: usize = 4096;
 
-/// A channel: the bus, the server, and the identifier where it is not the server's default one.
-type Key = (BusId, u8, Option<CanId>);
+/// A channel: the bus, the server, the identifier where it is not the server's default one, and the number of lanes
+/// before it where transfers of USDO run at once.
+type Key = (BusId, u8, Option<CanId>, u8);
 
 /// A channel's lane.
 #[derive(Debug, Default)]
 struct Lane {
     name: String,
+    /// The number of its last frame.
+    last: u64,
     /// The end of its last transfer, until it is written.
     end: Option<At>,
     /// The only frame of its last transfer, until the bus has another one.
@@ -78,9 +83,19 @@ impl Channels {
         });
     }
 
+    /// The lane of a transfer: the first that is free from its begin on.
+    fn lane_of(&self, transfer: &Transfer) -> Key {
+        let lane = |beside| (transfer.bus, transfer.node, transfer.channel, beside);
+        if transfer.session.is_none() {
+            return lane(0);
+        }
+        let is_free = |beside: &u8| self.lanes.get(&lane(*beside)).is_none_or(|lane| lane.last <= transfer.first.no);
+        lane((0..AT_ONCE).find(is_free).unwrap_or(AT_ONCE - 1))
+    }
+
     /// A transfer has ended.
     pub(super) fn take(&mut self, pen: &mut Pen<'_>, prefix: &str, cycles: &CycleNumbers, transfer: &Transfer) {
-        let key = (transfer.bus, transfer.node, transfer.channel);
+        let key = self.lane_of(transfer);
         let server = self.servers.remove(&transfer.id);
         if self.lanes.len() >= LANES && !self.lanes.contains_key(&key) {
             return;
@@ -90,6 +105,7 @@ impl Channels {
             lane.name = name(prefix, key, server);
         }
         let begin = At::of(transfer.first, transfer.bus, cycles);
+        lane.last = transfer.last.no;
         // Where the next one begins right there, the lane is never idle.
         if let Some(end) = lane.end.take().filter(|end| end.frame < begin.frame) {
             pen.end(&lane.name, end);
@@ -133,8 +149,12 @@ fn is_told(known: &mut HashSet<u64>, text: &[u8]) -> bool {
 }
 
 /// The name of a channel's lane; one that is not the default channel has its identifiers, client to server first.
-fn name(prefix: &str, (_, node, channel): Key, server: Option<CanId>) -> String {
+fn name(prefix: &str, (_, node, channel, beside): Key, server: Option<CanId>) -> String {
     let mut name = format!("sdo/{prefix}node{node}");
+    if beside > 0 {
+        // Writing to a string cannot fail.
+        let _ = write!(name, "/{}", u16::from(beside) + 1);
+    }
     if let Some(client) = channel {
         // Writing to a string cannot fail.
         let _ = write!(name, "/{client:?}");
