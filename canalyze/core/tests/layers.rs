@@ -115,6 +115,7 @@ const MAY_USE: &[Row] = &[
         "usdo",
         &[
             "bytes::frame",
+            "world::od",
             "words::profiles",
             "rules",
             "rules::finding",

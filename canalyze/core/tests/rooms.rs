@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 62_910;
+const WHOLE: usize = 63_000;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -22,10 +22,10 @@ const BUDGETS: &[(&str, usize)] = &[
     ("sdo", 4_600),
     ("session", 2_780),
     ("settings", 1_310),
-    ("stories", 6_110),
+    ("stories", 6_120),
     ("tables", 6_110),
     // The transfers of CANopen FD.
-    ("usdo", 920),
+    ("usdo", 980),
     ("views", 7_720),
     ("wire", 2_720),
     ("words", 3_710),

@@ -194,7 +194,7 @@ fn object_text(index: u16, sub: u8, data: &[u8], kind: u16, profile: u16, lang: 
     let row = (index, sub, String::new(), kind, "rw".to_owned(), None, false, false, false, String::new(), 1.0);
     let object = if kind == 0 { None } else { Some(Arc::new(object(row)?)) };
     let mut out = Vec::new();
-    value::of_object(&mut out, language(lang)?, Mux { index, sub }, &Described { object, profile }, data);
+    value::of_object(&mut out, language(lang)?, Mux { index, sub }, &Described { object, profile, told: None }, data);
     Ok(String::from_utf8_lossy(&out).into_owned())
 }
 

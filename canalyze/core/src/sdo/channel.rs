@@ -134,7 +134,7 @@ impl SdoChannel {
     pub(super) fn described(&self, mux: Option<Mux>) -> Described {
         let of = |description: &Arc<Dictionary>, mux: Mux| description.get(mux.index, mux.sub).cloned();
         let object = mux.and_then(|mux| of(self.server.description.as_ref()?, mux));
-        Described { object, profile: self.server.profile }
+        Described { object, profile: self.server.profile, told: None }
     }
 
     /// Takes one frame of the channel (classic, data); appends a `What::Sdo` event and its consequences. `next`: the

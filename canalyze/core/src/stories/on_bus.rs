@@ -544,6 +544,12 @@ impl OfBus {
                 }
                 if let (Code::Sdo002, Some(node)) = (code, node) {
                     self.identities.unasked(node, finding, scene!(self, ledger, bus, id, at));
+                    // Where requests run at once, the server may have answered others since.
+                    let since = |answer: &FrameRef| finding.cause.is_some_and(|cause| answer.no > cause.no);
+                    if let Some(answer) = self.heard.answered(node).filter(since) {
+                        let sign = Sign::of(Ends::Answered, Some(node));
+                        self.found.sign(sign, scene!(self, ledger, bus, id, answer));
+                    }
                 }
             }
         }

@@ -27,6 +27,8 @@ struct Server {
     responses: u64,
     /// The frames that have the form of USDO.
     fitting: u64,
+    /// It was proven before.
+    known: bool,
     first: Option<FrameRef>,
     heard: Option<FrameRef>,
     /// The last initiate request, and the number of those sooner than a client gives up.
@@ -71,7 +73,12 @@ impl Servers {
             one.responses += 1;
             (one.heard, one.mute) = (Some(cx.at), None);
         }
-        if one.is_proven() {
+        if one.is_proven() && !one.known {
+            one.known = true;
+            // Its requests so far are judged from now on.
+            self.waits_ns = self.began_ns;
+        }
+        if one.known {
             cx.evidence.services.prove(server);
         }
     }
@@ -206,6 +213,11 @@ impl Servers {
         self.waits_ns = waits_ns;
     }
 
+    /// Returns true if a missing response of a server about an object would be reported.
+    pub(super) fn is_awaited(&self, server: u8, object: Option<Mux>) -> bool {
+        self.is_known(server) && !object.is_some_and(takes_time)
+    }
+
     /// Returns true if a request of a server that has responded before is overdue at `now_ns`.
     pub(super) fn is_overdue(
         &self,
@@ -215,7 +227,7 @@ impl Servers {
         now_ns: i64,
         cx: &mut Context<'_>,
     ) -> bool {
-        if !self.is_known(server) || object.is_some_and(takes_time) {
+        if !self.is_awaited(server, object) {
             return false;
         }
         let Some(since_ns) = asked.at.t_ns else { return false };

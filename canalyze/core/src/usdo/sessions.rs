@@ -11,6 +11,7 @@ use crate::rules::finding::{Code, Verdict};
 use crate::rules::sdo::{Sdo001, Sdo002, Sdo003, Sdo006, Sdo007, Sdo017, Sdo020, Sdo024};
 use crate::sdo::abort_code::AbortCode;
 use crate::sdo::channel::{Interruption, chunk};
+use crate::sdo::limits::{GIVEN_UP_NS, UNANSWERED_NS, within};
 use crate::sdo::proof::OneSided;
 use crate::sdo::transfer::{Abort, Beginning, Direction, Mode, Status, Transfer, TransferId, UsdoSession};
 use crate::sdo::wire::{Mux, Side};
@@ -21,11 +22,14 @@ use crate::world::context::Context;
 use crate::world::dictionary::Described;
 use crate::world::event::{Event, Note, What};
 use crate::world::node::{Node, PerNode};
+use crate::world::od::DataType;
 
 /// Maximum number of transfers kept (invariant 6); ended ones make room.
 const KEPT: usize = 1024;
 /// The abort code of a wrong counter.
 const COUNTER: u8 = 0x14;
+/// The abort codes of a wrong size.
+const SIZES: [u8; 4] = [0x15, 0x36, 0x37, 0x38];
 /// The abort code of an unknown session.
 const NO_SESSION: u8 = 0x21;
 
@@ -144,6 +148,10 @@ impl Usdo {
         let place = cx.events.len();
         cx.push(None, Some(server).filter(|server| (1..=127).contains(server)), What::Message(message));
         let Some(pdu) = Pdu::read(frame.payload()).filter(|_| cx.sighting != Sighting::Duplicate) else { return };
+        if client > 127 || server > 127 {
+            // A group of nodes, or no node.
+            return;
+        }
         let key = TransferKey { client, server, session: pdu.session };
         self.servers.count(request, server, &pdu, usize::from(frame.len), cx);
         let id = match (request, server) {
@@ -166,8 +174,17 @@ impl Usdo {
         cx: &mut Context<'_>,
     ) -> Option<TransferId> {
         if matches!(pdu.command, 0x01 | 0x02 | 0x11) {
-            if self.broadcast.len() < KEPT {
-                self.broadcast.insert((key.client, key.session), (cx.at, cx.when, frame.payload().to_vec()));
+            let sender = (key.client, key.session);
+            if self.broadcast.len() >= KEPT && !self.broadcast.contains_key(&sender) {
+                self.broadcast.clear();
+            }
+            self.broadcast.insert(sender, (cx.at, cx.when, frame.payload().to_vec()));
+            let own = |one: &&TransferKey| (one.client, one.session) == sender;
+            let before: Vec<TransferKey> = self.running.keys().filter(own).copied().collect();
+            for key in before {
+                if self.is_open(key) {
+                    self.complete(key, Status::Incomplete, false, nodes, cx);
+                }
             }
             return None;
         }
@@ -193,7 +210,8 @@ impl Usdo {
         cx: &mut Context<'_>,
     ) -> Option<TransferId> {
         if matches!(pdu.body, Body::Expedited(..) | Body::Initiate(..) | Body::Object(_)) {
-            return self.begin(key, pdu, nodes, cx);
+            // Commands of a server begin nothing.
+            return if matches!(pdu.command, 0x01 | 0x02 | 0x11) { self.begin(key, pdu, nodes, cx) } else { None };
         }
         if matches!(pdu.body, Body::Undecoded | Body::Unknown) {
             return None;
@@ -262,10 +280,15 @@ impl Usdo {
         if self.is_open(key) {
             self.leave(key, pdu, nodes, cx);
         }
+        if pdu.destination != 0 {
+            self.broadcast.remove(&(key.client, key.session));
+        }
         if self.running.len() >= KEPT {
             self.running.retain(|_, one| one.phase != UsdoPhase::Over);
-            if self.running.len() >= KEPT {
-                return None;
+            let oldest = self.running.iter().min_by_key(|(_, one)| one.transfer.first.no).map(|(key, _)| *key);
+            if let Some(oldest) = oldest.filter(|_| self.running.len() >= KEPT) {
+                self.complete(oldest, Status::Incomplete, false, nodes, cx);
+                self.running.remove(&oldest);
             }
         }
         let mux = pdu.mux();
@@ -280,12 +303,14 @@ impl Usdo {
             Body::Initiate(_, _, size) => transfer.data.size_indicated = Some(size),
             _ => {}
         }
+        transfer.described.told = told(&pdu.body);
         let id = transfer.id;
         // A client that asks for the same in another session has given up the first.
         for (other, one) in &mut self.running {
             let same = one.transfer.mux == mux && one.transfer.direction == direction;
             let at = (other.client, other.server) == (key.client, key.server) && other.session != key.session;
-            one.given_up |= at && same && matches!(one.phase, UsdoPhase::Initiated(_));
+            let waited = one.asked.is_some_and(|asked| !within(asked.at, cx.at, GIVEN_UP_NS));
+            one.given_up |= at && same && waited && matches!(one.phase, UsdoPhase::Initiated(_));
             one.went_on |= at && !same && one.asked.is_some_and(|asked| self.servers.goes_on(key.server, asked, cx));
         }
         self.servers.asked(key.server, mux, cx.at);
@@ -319,6 +344,7 @@ impl Usdo {
                 one.transfer.note_finding(Code::Sdo015);
                 self.servers.find(Code::Sdo015, key.server, mux, asked.at, cx);
             } else if !again {
+                one.went_on |= self.servers.goes_on(key.server, asked, cx);
                 let verdict = one.unanswered();
                 self.servers.find(verdict, key.server, mux, asked.at, cx);
             }
@@ -339,7 +365,7 @@ impl Usdo {
         if matches!(pdu.body, Body::Undecoded | Body::Unknown) {
             return None;
         }
-        if !self.is_open(key) && self.joins_all(key, pdu.command) {
+        if !self.is_open(key) && self.joins_all(key, pdu) {
             self.open_of_all(key, nodes, cx);
         }
         if !self.is_open(key) {
@@ -365,6 +391,9 @@ impl Usdo {
             return Some(id);
         }
         one.transfer.last = at;
+        if one.is_upload() || pdu.command == 0x32 {
+            one.transfer.described.told = told(&pdu.body).or(one.transfer.described.told);
+        }
         let asked = one.asked.take();
         self.judge_time(key, asked, cx);
         let one = self.running.get_mut(&key)?;
@@ -465,11 +494,15 @@ impl Usdo {
     }
 
     /// Returns true if a response may belong to a request to all nodes.
-    fn joins_all(&self, key: TransferKey, command: u8) -> bool {
-        let fits = |request: &[u8]| match request.get(1) {
-            Some(0x11) => matches!(command, 0x31 | 0x32 | 0x7F),
-            Some(0x01) => matches!(command, 0x21 | 0x7F),
-            _ => matches!(command, 0x22 | 0x7F),
+    fn joins_all(&self, key: TransferKey, pdu: &Pdu<'_>) -> bool {
+        let fits = |request: &[u8]| {
+            let object = Pdu::read(request).and_then(|request| request.mux());
+            let answers = match request.get(1) {
+                Some(0x11) => matches!(pdu.command, 0x31 | 0x32 | 0x7F),
+                Some(0x01) => matches!(pdu.command, 0x21 | 0x7F),
+                _ => matches!(pdu.command, 0x22 | 0x7F),
+            };
+            answers && pdu.mux() == object && !matches!(pdu.body, Body::Abort(_, NO_SESSION))
         };
         let asked = self.broadcast.get(&(key.client, key.session));
         asked.is_some_and(|(at, _, request)| {
@@ -499,7 +532,7 @@ impl Usdo {
         cx: &mut Context<'_>,
     ) -> Option<TransferId> {
         let stray = self.stray.take_if(|(of, _)| *of == key);
-        let ended = self.running.get(&key).map(|one| one.transfer.last);
+        let ended = self.running.get(&key).map(|one| (one.transfer.last, one.transfer.mux));
         match pdu.body {
             Body::Abort(_, NO_SESSION) if stray.is_some() => {
                 let at = stray.map_or(cx.at, |(_, at)| at);
@@ -510,9 +543,12 @@ impl Usdo {
             Body::Abort(..) => return None,
             _ => {}
         }
-        if let Some(ended) = ended {
-            if matches!(pdu.body, Body::Object(_) | Body::Expedited(..) | Body::Initiate(..)) {
-                self.servers.find(Sdo002::Duplicate, key.server, pdu.mux(), ended, cx);
+        if let Some((ended, object)) = ended
+            && within(ended, cx.at, UNANSWERED_NS)
+            && pdu.mux().is_none_or(|mux| object == Some(mux))
+        {
+            if pdu.mux().is_some() {
+                self.servers.find(Sdo002::Duplicate, key.server, object, ended, cx);
             }
             return None;
         }
@@ -524,6 +560,7 @@ impl Usdo {
         };
         let mut transfer = self.transfer(key, direction, mode, pdu.mux(), cx);
         transfer.outcome.midway = true;
+        transfer.described.told = told(&pdu.body);
         if self.servers.find_lost_request(key.server, pdu.mux(), cx) {
             transfer.note_finding(Code::Sdo002);
         }
@@ -574,7 +611,7 @@ impl Usdo {
                 one.jump = Some(jump);
                 one.take_jump();
             }
-        } else if by == Side::Server && ended && transferred != indicated {
+        } else if by == Side::Server && SIZES.contains(&code) && ended && transferred != indicated {
             one.transfer.note_finding(Code::Sdo006);
             let asked = one.asked.map_or(cx.at, |asked| asked.at);
             self.servers.find_at(Sdo006::Size { indicated, transferred }, key.server, object, asked, cx);
@@ -607,7 +644,10 @@ impl Usdo {
             status = Status::Incomplete;
         } else if !one.transfer.size_is_right() {
             let (indicated, transferred) = (data.size_indicated.map_or(0, u64::from), data.size);
-            if missing > 0 && missing % SEGMENT as u64 == 0 && one.transfer.mode == Mode::Segmented {
+            // The counter in the request for the last segment of an upload shows that none is missing.
+            let uncounted = !one.is_upload() || one.counter.is_none() || one.wrapped;
+            let whole = missing > 0 && missing % SEGMENT as u64 == 0;
+            if whole && uncounted && one.transfer.mode == Mode::Segmented {
                 // Both sides took it as complete: what is missing are whole segments before the last one.
                 let before = transferred.saturating_sub(transferred % SEGMENT as u64);
                 one.transfer.miss_before(before);
@@ -636,7 +676,12 @@ impl Usdo {
         let object = transfer.mux.and_then(|mux| {
             node?.configuration.description().and_then(|description| description.get(mux.index, mux.sub)).cloned()
         });
-        transfer.described = Described { object, profile: node.map_or(Profile::UNKNOWN, Node::profile) };
+        let (profile, told) = (node.map_or(Profile::UNKNOWN, Node::profile), transfer.described.told);
+        transfer.described = Described { object, profile, told };
+        if !self.servers.is_known(key.server) {
+            // Nothing has been reported of a server that is not known.
+            transfer.outcome.findings.clear();
+        }
         let bad = transfer.outcome.bad && status == Status::Ok;
         transfer.outcome.status = if bad { Status::Failed } else { status };
         transfer.settle_holes();
@@ -681,7 +726,7 @@ impl Usdo {
                 one.reported = Some(cx.at);
                 let verdict = one.unanswered();
                 self.servers.find(verdict, key.server, one.transfer.mux, asked.at, cx);
-            } else {
+            } else if self.servers.is_awaited(key.server, one.transfer.mux) {
                 next = [next, asked.at.t_ns].into_iter().flatten().min();
             }
         }
@@ -692,7 +737,8 @@ impl Usdo {
     pub fn lost(&mut self, server: Option<u8>, by: Interruption, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         let reset = by != Interruption::LostFrames;
         let all: Vec<TransferKey> = self.running.keys().copied().collect();
-        for key in all.into_iter().filter(|key| server.is_none_or(|server| server == key.server)) {
+        let concerned = |key: &TransferKey| server.is_none_or(|node| node == key.server || node == key.client);
+        for key in all.into_iter().filter(concerned) {
             if self.is_open(key)
                 && reset
                 && let Some(one) = self.running.get(&key)
@@ -749,6 +795,14 @@ impl Usdo {
 
 fn wrong_counter(expected: u8, found: u8, by: Side) -> Sdo001 {
     Sdo001::Counter { expected: expected.into(), found: found.into(), by }
+}
+
+/// Returns the data type that a frame names.
+fn told(body: &Body<'_>) -> Option<DataType> {
+    match body {
+        Body::Expedited(_, code, ..) | Body::Initiate(_, code, _) => DataType::from_code(u16::from(*code)),
+        _ => None,
+    }
 }
 
 /// Returns the counter that a client's frame carries.

@@ -189,3 +189,29 @@ fn what_a_lost_frame_leaves() {
 fn lines_of(frames: &str) -> Vec<Value> {
     lines(&log(frames), Network::default())
 }
+
+#[test]
+fn what_is_no_fault_of_a_server() {
+    // Pipelined reads of one object, a response command on a request's identifier, and a group of nodes.
+    assert!(codes(&read("10 67E##1051109011810\n11 67E##105110A011810\n11.5 585##17E31090118100F04000002F1\n12 585##17E310A0118100F04000002F1\n")).is_empty());
+    assert!(
+        codes(&read("10 67E##1051109011810\n11 67E##1052109011810\n11.5 585##17E31090118100F04000002F1\n")).is_empty()
+    );
+    assert!(codes(&read("10 67E##1C81109011810\n2500 705##105\n5000 705##105\n")).is_empty());
+    // A refusal for another reason than the size says nothing of segments that were not captured.
+    let lost = format!(
+        "10 67E##1050209010021 0F00B4000000\n10.1 585##17E2209010021\n10.2 67E##105030900{}\n10.3 585##17E230900\n10.6 67E##10504093C{}\n10.7 585##17E7F0901002160\n",
+        full("AA"),
+        full("AA")
+    );
+    assert_eq!(codes(&read(&lost.replace(" 0F00B4", "0F00B4"))), [("SDO017", 8)]);
+}
+
+#[test]
+fn the_type_of_the_frame_is_the_type_of_an_unknown_object() {
+    let lines = read(
+        "10 67E##105014B01022F0401FF\n10.2 585##17E214B01022F\n20 67E##105014C01022F0201FF\n20.2 585##17E214C01022F\n",
+    );
+    let types: Vec<_> = transfers(&lines).iter().map(|one| one["type"].clone()).collect();
+    assert_eq!(types[1..], [Value::from("INTEGER32"), Value::from("INTEGER8")]);
+}

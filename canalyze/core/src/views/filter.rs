@@ -169,7 +169,7 @@ impl Filter {
         let client = transfer.session.map_or(node, |session| session.client.into());
         let service = if transfer.session.is_some() { "usdo" } else { "sdo" };
         self.clauses.iter().all(|clause| match clause {
-            Clause::Service(services) => services.iter().any(|known| known == service),
+            Clause::Service(services) => services.iter().any(|known| known == service || known == "sdo"),
             Clause::Node(ranges) => within(ranges, node) || within(ranges, client),
             Clause::Id(ranges) => within(ranges, SDO_REQUEST + client) || within(ranges, SDO_RESPONSE + node),
             Clause::Bus(names) => names.iter().any(|name| name.as_bytes() == buses.name(transfer.bus)),

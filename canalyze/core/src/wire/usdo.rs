@@ -347,7 +347,10 @@ impl WireService for UsdoService {
         }
         fields::lines(out, lang, fields, message, frame);
         fields::data(out, lang, data);
-        fields::reserved(out, lang, payload.get(fields::end(fields).max(3) + data.len()..).unwrap_or_default());
+        let padding = payload.get(fields::end(fields).max(3) + data.len()..).unwrap_or_default();
+        if !padding.is_empty() {
+            fields::line!(out; Spaced(padding), lang.pick("  填充", "  padding"));
+        }
     }
 
     fn json(&self, object: &mut Object<'_>, message: &Message, frame: &Frame) {

@@ -48,7 +48,7 @@ pub fn seen(out: &mut Vec<u8>, lang: Lang, sighting: &ObjectSighting<'_>) {
         Shown::Bits(mapped, raw) => signal::value(out, lang, mapped, raw),
         Shown::Octets(mapped, bytes) => value(out, lang, mapped.data_type, bytes, bytes.len() as u64),
         Shown::Register(register, profile) => {
-            number(out, lang, sighting.object, &Described { object: None, profile }, u64::from(register));
+            number(out, lang, sighting.object, &Described { profile, ..Described::default() }, u64::from(register));
         }
     }
 }

@@ -179,14 +179,16 @@ pub struct Described {
     pub object: Option<Arc<Object>>,
     /// The server's device profile.
     pub profile: Profile,
+    /// The data type that the frames of the transfer name, as USDO does.
+    pub told: Option<DataType>,
 }
 
 impl Described {
-    /// Its data type: the description's, else the standard's.
+    /// Its data type: the description's, else the standard's, else that of the frames.
     pub fn data_type(&self, index: u16, sub: u8) -> Option<DataType> {
         match &self.object {
             Some(object) => object.data_type(),
-            None => self.profile.data_type(index, sub),
+            None => self.profile.data_type(index, sub).or(self.told),
         }
     }
 }

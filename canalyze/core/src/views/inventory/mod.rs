@@ -16,7 +16,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use self::inferred::Looks;
 pub use self::measured::{MeasuredObject, PdoFrames};
-use self::sighting::{Content, ObjectSighting, Source};
+use self::sighting::{Content, ObjectSighting, Shown, Source};
 use crate::bytes::frame::{BusId, CanId, Frame, FrameRef};
 use crate::sdo::transfer::{Abort, Direction, Transfer};
 use crate::sdo::wire::Mux;
@@ -262,6 +262,9 @@ impl ObservedObject {
         if let Some((direction, abort)) = sighting.aborted() {
             self.abort(direction, abort, at);
         }
+        if let Shown::Transfer(transfer) = sighting.shown {
+            self.described.told = transfer.described.told.or(self.described.told);
+        }
         let content = sighting.content();
         if source.is_value() {
             self.looks.take(content);
@@ -430,6 +433,7 @@ impl Inventory {
                 object.described = Described {
                     object: known.and_then(|node| node.configuration.object(mux.index, mux.sub)).cloned(),
                     profile: known.map_or(Profile::UNKNOWN, |node| node.profile()),
+                    told: object.described.told,
                 };
                 let held = || known?.configuration.get(*id, mux.index, mux.sub);
                 object.in_force = match configuration::concerns(mux.index) {

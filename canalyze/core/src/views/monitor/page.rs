@@ -91,6 +91,6 @@ fn pdo<'a>(setting: Setting<'a>, profile: Profile, pdo: &'a Pdo) -> impl WriteJs
 fn object(out: &mut Vec<u8>, setting: Setting<'_>, profile: Profile, mux: Mux, name: Option<&str>) {
     match name {
         Some(name) => obj! { "index": hex4(mux.index), "sub": mux.sub, "name": name }.inline().write_json(out),
-        None => sdo::object(out, setting.lang, Some(mux), &Described { object: None, profile }),
+        None => sdo::object(out, setting.lang, Some(mux), &Described { profile, ..Described::default() }),
     }
 }

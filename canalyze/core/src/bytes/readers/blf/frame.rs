@@ -100,7 +100,7 @@ pub(super) fn frame(object: &[u8], head: ObjectHead, source: FileFacts, buses: &
                 },
                 sent: flags & SENT != 0,
                 id: u32_at(body, 4),
-                dlc: length(byte(3)),
+                dlc: if fd & 1 != 0 { length(byte(3)) } else { byte(3) },
                 data: body.get(20..84)?.get(..usize::from(valid))?,
                 size: valid,
             }
@@ -122,7 +122,7 @@ pub(super) fn frame(object: &[u8], head: ObjectHead, source: FileFacts, buses: &
                 },
                 sent: byte(34) != 0,
                 id: u32_at(body, 4),
-                dlc: length(byte(1)),
+                dlc: if flags & 0x1000 != 0 { length(byte(1)) } else { byte(1) },
                 data: held.get(..there).unwrap_or(held),
                 size: valid,
             }

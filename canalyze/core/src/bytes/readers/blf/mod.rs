@@ -63,6 +63,8 @@ pub struct Blf {
     gone: usize,
     /// Number of bytes of the file before `gone`.
     at: u64,
+    /// Behind damage: the next head is looked for.
+    searching: bool,
     /// The file's header has been read.
     begun: bool,
     /// The application that wrote the file, by its number.
@@ -191,19 +193,23 @@ impl Blf {
         }
         while self.rest().len() >= HEAD {
             let rest = self.rest();
+            if self.searching {
+                let following = next_head(rest, 0, rest.len());
+                // The beginning of a head may be at the end.
+                let kept = if ended { 0 } else { HEAD - 1 };
+                self.lose(following.unwrap_or(rest.len() - kept), DamageKind::Structure);
+                self.searching = following.is_none();
+                if self.searching {
+                    return;
+                }
+                continue;
+            }
             match head::sign_near(rest, 0) {
                 Some(gap) if is_padding(rest.get(..gap).unwrap_or_default(), self.before) => {
                     self.take(gap);
                 }
                 _ => {
-                    let following = next_head(rest, 0, rest.len());
-                    // The beginning of a head may be at the end.
-                    let kept = if ended { 0 } else { HEAD - 1 };
-                    let upto = following.unwrap_or(rest.len() - kept);
-                    self.lose(upto, DamageKind::Structure);
-                    if following.is_none() {
-                        return;
-                    }
+                    self.searching = true;
                     continue;
                 }
             }
@@ -234,7 +240,7 @@ impl Blf {
                 (Some(inner), _) if inner < size => self.lose(inner, DamageKind::Structure),
                 _ if !cut => self.bare(at, size, out),
                 (_, None) => self.end_here(there),
-                _ => self.lose(SIGN.len(), DamageKind::Structure),
+                (_, Some(following)) => self.lose(following, DamageKind::Structure),
             };
         }
         let held = rest.get(BEHIND..size.min(there)).unwrap_or_default();

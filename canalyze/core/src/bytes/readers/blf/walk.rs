@@ -106,6 +106,9 @@ impl Blf {
         followed: bool,
         out: &mut Out<'_, S>,
     ) {
+        if data.is_empty() && !self.tail.is_empty() {
+            return;
+        }
         let mut whole = std::mem::take(&mut self.tail);
         let seam = whole.len();
         let data = if seam == 0 { data } else { [std::mem::take(&mut whole), data].concat() };

@@ -42,7 +42,7 @@ impl TrcHeader {
                 let number = value.iter().all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b','));
                 return (self.date_ns.is_some() || number).then_some(());
             }
-            b"COLUMNS" => self.columns = value.iter().copied().filter(|byte| *byte != b',').collect(),
+            b"COLUMNS" => self.columns = value.iter().copied().filter(u8::is_ascii_alphabetic).collect(),
             _ => return None,
         }
         Some(())

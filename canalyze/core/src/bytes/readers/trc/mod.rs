@@ -63,14 +63,14 @@ impl Trc {
         if !last.is_empty() {
             self.take(Some(&last), true, buses, sink);
         }
-        self.start(buses, sink);
+        self.start(!last.is_empty(), buses, sink);
         self.gaps.settle(buses, sink);
     }
 
     /// Ends an interrupted file, ignoring an incomplete last line.
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.begun.end();
-        self.start(buses, sink);
+        self.start(false, buses, sink);
         self.gaps.settle(buses, sink);
     }
 
@@ -119,16 +119,12 @@ impl Trc {
         self.header.decide(text);
         self.waiting.push((self.lines, text.to_vec()));
         if self.header.is_decided() || self.waiting.len() >= UNDECIDED {
-            self.start_with(last, buses, sink);
+            self.start(last, buses, sink);
         }
     }
 
-    fn start(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        self.start_with(true, buses, sink);
-    }
-
     /// Reads the lines that have waited; `last`: the last of them has no end.
-    fn start_with(&mut self, last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+    fn start(&mut self, last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         if self.started {
             return;
         }

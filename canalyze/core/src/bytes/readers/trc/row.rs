@@ -63,7 +63,10 @@ pub(super) fn number(text: &[u8]) -> Option<u64> {
 pub(super) fn read<'a>(text: &'a [u8], header: &TrcHeader, last: bool) -> Result<TrcRow, TrcFail<'a>> {
     const NONE: TrcFail<'_> = TrcFail::Because(Unreadable::NoFrame);
     let mut row: [&[u8]; WORDS] = [&[]; WORDS];
-    let count = row.iter_mut().zip(words(text)).map(|(slot, word)| *slot = word).count();
+    // The data of later versions are the rest of the line, but for a remark.
+    let data = header.at(b'D').filter(|_| header.is_second()).unwrap_or(usize::MAX);
+    let told = words(text).enumerate().take_while(|(at, word)| *at < data || !is_remark(word));
+    let count = row.iter_mut().zip(told).map(|(slot, (_, word))| *slot = word).count();
     let row = row.get(..count).unwrap_or_default();
     if count == WORDS || holds_two(text, row, header) {
         return Err(NONE);
@@ -109,7 +112,7 @@ pub(super) fn read<'a>(text: &'a [u8], header: &TrcHeader, last: bool) -> Result
     let wanted = usize::try_from(length).map_err(|_| NONE)?;
     let (data, size) = match () {
         () if remote => ([0; 64], 0),
-        () if second && wanted > 0 => bytes(remarkless(behind), false).ok_or(NONE)?,
+        () if second && wanted > 0 => bytes(behind, false).ok_or(NONE)?,
         () if second => ([0; 64], 0),
         () => bytes(behind.get(..wanted).ok_or(NONE)?, true).ok_or(NONE)?,
     };
@@ -127,6 +130,7 @@ pub(super) fn read<'a>(text: &'a [u8], header: &TrcHeader, last: bool) -> Result
             if said == size { Ok(TrcRow { kind, ..row }) } else { bad }
         }
         // Only a frame of CAN FD holds more.
+        None if size > 8 && second => bad,
         None if size > 8 => Ok(TrcRow { kind: Kind::Fd { brs: false, esi: false }, ..row }),
         None => {
             let code = if coded { code } else { u8::try_from(fd_code(length.into())).unwrap_or(code) };
@@ -151,14 +155,10 @@ fn holds_two(text: &[u8], row: &[&[u8]], header: &TrcHeader) -> bool {
     row.windows(2).skip(1).any(|pair| matches!(pair, [one, two] if number(one) && stamped(two)))
 }
 
-/// Returns the words before a remark, of rows whose data are the rest of the line.
-fn remarkless<'a, 'b>(words: &'b [&'a [u8]]) -> &'b [&'a [u8]] {
-    let remark = |word: &&[u8]| {
-        let arrow = "\u{2190}".as_bytes();
-        matches!(word, [b';' | b'#', ..] | [b'/', b'/', ..] | [b'<', b'-', ..]) || word.starts_with(arrow)
-    };
-    let end = words.iter().position(remark).unwrap_or(words.len());
-    words.get(..end).unwrap_or(words)
+/// Returns true for the word with which a remark begins.
+fn is_remark(word: &[u8]) -> bool {
+    let arrow = "\u{2190}".as_bytes();
+    matches!(word, [b';' | b'#', ..] | [b'/', b'/', ..] | [b'<', b'-', ..]) || word.starts_with(arrow)
 }
 
 /// Returns true if a line that lacks its end may be the beginning of another frame's: half a byte, or a length of 0

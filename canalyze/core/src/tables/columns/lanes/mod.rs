@@ -206,7 +206,7 @@ impl Collector for Lanes {
                 node.profile = Profile::of(u32::from(u16::from_le_bytes([low, high])));
             }
             [low, high] if DriveObject::at(mux.index) == Some(DriveObject::Statusword) => {
-                let Described { object, profile } = &transfer.described;
+                let Described { object, profile, .. } = &transfer.described;
                 let is_drives = match object {
                     Some(object) => signal::is_drives(&value::as_mapped(object, *profile)),
                     None => node.profile.may_be_drive(),
