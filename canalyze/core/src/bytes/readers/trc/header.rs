@@ -16,14 +16,40 @@ const V1_3: &str = "N,O,B,T,I,R,L";
 const V2_0: &str = "N,O,T,I,d,l,D";
 const V2_1: &str = "N,O,T,B,I,d,R,L,D";
 
+/// Number of columns at most that a row may have before its data.
+pub(super) const COLUMNS: usize = 16;
+
+/// The column of each letter; [`COLUMNS`] for one that is missing.
+#[derive(Debug)]
+struct Places([u8; 64]);
+
+impl Default for Places {
+    fn default() -> Self {
+        Self([COLUMNS as u8; 64])
+    }
+}
+
+impl Places {
+    fn of(columns: &[u8]) -> Self {
+        let mut all = Self::default();
+        for (place, letter) in (0..COLUMNS as u8).zip(columns).rev() {
+            if let Some(slot) = all.0.get_mut(usize::from(letter & 63)) {
+                *slot = place;
+            }
+        }
+        all
+    }
+}
+
 /// The knowledge of a trace before its rows are read.
 #[derive(Debug, Default)]
 pub(super) struct TrcHeader {
     /// The version as the file has it; empty if it names none.
     version: Vec<u8>,
     date_ns: Option<i64>,
-    /// The column of each letter.
+    /// The letters of the columns in their order, and the column of each letter.
     columns: Vec<u8>,
+    places: Places,
     complete: bool,
     decided: bool,
 }
@@ -80,16 +106,15 @@ impl TrcHeader {
 
     /// Settles the columns of the version.
     pub(super) fn settle(&mut self) {
-        if !self.is_second() {
-            self.columns = letters(match self.version.as_slice() {
-                b"" | b"1.0" => V1_0,
-                b"1.1" => V1_1,
-                b"1.2" => V1_2,
-                b"1.3" => V1_3,
-                // Of another version only the header tells the columns.
-                _ => return,
-            });
+        match self.version.as_slice() {
+            b"" | b"1.0" => self.columns = letters(V1_0),
+            b"1.1" => self.columns = letters(V1_1),
+            b"1.2" => self.columns = letters(V1_2),
+            b"1.3" => self.columns = letters(V1_3),
+            // Of another version only the header tells the columns.
+            _ => {}
         }
+        self.places = Places::of(&self.columns);
     }
 
     /// Returns true once the version is known.
@@ -127,9 +152,11 @@ impl TrcHeader {
         self.date_ns
     }
 
-    /// Returns the place of a column.
+    /// Returns the place of a column, once the version is known.
+    #[inline]
     pub(super) fn at(&self, letter: u8) -> Option<usize> {
-        self.columns.iter().position(|column| *column == letter)
+        let place = self.places.0.get(usize::from(letter & 63)).map_or(COLUMNS, |place| usize::from(*place));
+        (place < COLUMNS).then_some(place)
     }
 }
 

@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 
 use self::header::TrcHeader;
 use self::row::{TrcFail, TrcRow, TrcWay};
-use super::candump::lex::is_blank;
+use super::candump::lex;
 use super::lines::Begun;
 use super::listing::{self, Gaps};
 use super::{Contents, Damage, DamageKind, FilePlace, Item, Marker, Unreadable};
@@ -229,6 +229,10 @@ impl Trc {
 }
 
 /// Iterates over the words of a line.
-fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
-    text.split(|byte| is_blank(*byte)).filter(|word| !word.is_empty())
+fn words(mut text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    std::iter::from_fn(move || {
+        let (word, rest) = lex::word(lex::skip_blanks(text));
+        text = rest;
+        Some(word).filter(|word| !word.is_empty())
+    })
 }

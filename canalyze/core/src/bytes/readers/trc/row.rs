@@ -2,14 +2,13 @@
 
 use super::super::Unreadable;
 use super::super::asc::fd_code;
-use super::header::TrcHeader;
+use super::super::candump::lex;
+use super::header::{COLUMNS, TrcHeader};
 use super::words;
 use crate::bytes::frame::{CanId, Kind};
 
 /// Lengths of CAN FD by their codes.
 const LENGTHS: [u8; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64];
-/// More words than any row has.
-const WORDS: usize = 96;
 /// Maximum time of a row, in ms.
 const LATEST: u64 = 9_000_000_000_000;
 
@@ -62,13 +61,15 @@ pub(super) fn number(text: &[u8]) -> Option<u64> {
 /// Reads a row; `last`: its line has no end.
 pub(super) fn read<'a>(text: &'a [u8], header: &TrcHeader, last: bool) -> Result<TrcRow, TrcFail<'a>> {
     const NONE: TrcFail<'_> = TrcFail::Because(Unreadable::NoFrame);
-    let mut row: [&[u8]; WORDS] = [&[]; WORDS];
-    // The data of later versions are the rest of the line, but for a remark.
-    let data = header.at(b'D').filter(|_| header.is_second()).unwrap_or(usize::MAX);
-    let told = words(text).enumerate().take_while(|(at, word)| *at < data || !is_remark(word));
-    let count = row.iter_mut().zip(told).map(|(slot, (_, word))| *slot = word).count();
-    let row = row.get(..count).unwrap_or_default();
-    if count == WORDS || holds_two(text, row, header) {
+    let second = header.is_second();
+    // The data of later versions have a column of their own, those of version 1 follow the length.
+    let data_at = if second { header.at(b'D') } else { header.at(b'L').map(|at| at + 1) };
+    let mut row: [&[u8]; COLUMNS] = [&[]; COLUMNS];
+    let mut rest = text;
+    for slot in row.iter_mut().take(data_at.unwrap_or(COLUMNS)) {
+        (*slot, rest) = lex::word(lex::skip_blanks(rest));
+    }
+    if holds_two(text, second) {
         return Err(NONE);
     }
     let word = |letter: u8| header.at(letter).and_then(|at| row.get(at)).copied().unwrap_or_default();
@@ -85,7 +86,6 @@ pub(super) fn read<'a>(text: &'a [u8], header: &TrcHeader, last: bool) -> Result
         let channel = channel.unwrap_or(1);
         return Ok(TrcRow { ns, decimals, channel, id, kind: Kind::Error, way, len: 0, raw_dlc: 0, data, size: 0 });
     }
-    let second = header.is_second();
     let fd = match kind {
         b"" | b"Rx" | b"Tx" if !second => None,
         b"DT" | b"RR" if second => None,
@@ -105,19 +105,19 @@ pub(super) fn read<'a>(text: &'a [u8], header: &TrcHeader, last: bool) -> Result
         Some(length) => (length, false),
         None => (decimal(word(b'L')).ok_or(NONE)?, true),
     };
-    let begin =
-        header.at(b'D').or_else(|| (!second).then(|| header.at(b'L').map(|at| at + 1)).flatten()).ok_or(NONE)?;
-    let behind = row.get(begin..).unwrap_or_default();
-    let remote = if second { kind == b"RR" } else { behind.first() == Some(&b"RTR".as_slice()) };
+    data_at.ok_or(NONE)?;
+    let remote = if second { kind == b"RR" } else { words(rest).next() == Some(b"RTR".as_slice()) };
     let wanted = usize::try_from(length).map_err(|_| NONE)?;
     let (data, size) = match () {
-        () if remote => ([0; 64], 0),
-        () if second && wanted > 0 => bytes(behind, false).ok_or(NONE)?,
-        () if second => ([0; 64], 0),
-        () => bytes(behind.get(..wanted).ok_or(NONE)?, true).ok_or(NONE)?,
+        () if remote || second && wanted == 0 => ([0; 64], 0),
+        () if second => bytes(words(rest).take_while(|word| !is_remark(word)), false).ok_or(NONE)?.0,
+        () => {
+            let (data, count) = bytes(words(rest).take(wanted), true).ok_or(NONE)?;
+            (count == wanted).then_some(data).ok_or(NONE)?
+        }
     };
     let code = u8::try_from(length).unwrap_or(u8::MAX);
-    if last && may_go_on(row, second) {
+    if last && !second && may_go_on(text) {
         return Err(TrcFail::Because(Unreadable::Cut));
     }
     let row = TrcRow { ns, decimals, channel, id, kind: Kind::Data, way, len: size, raw_dlc: 0, data, size };
@@ -140,19 +140,17 @@ pub(super) fn read<'a>(text: &'a [u8], header: &TrcHeader, last: bool) -> Result
 }
 
 /// Returns true if a second row begins in a line: damage has made something else of the newline between them.
-fn holds_two(text: &[u8], row: &[&[u8]], header: &TrcHeader) -> bool {
+fn holds_two(text: &[u8], second: bool) -> bool {
     if memchr::memchr_iter(b'.', text).nth(1).is_none() {
         return false;
     }
-    let number = |word: &[u8]| match header.is_second() {
-        true => word.iter().all(u8::is_ascii_digit),
-        false => word.ends_with(b")"),
-    };
+    let number = |word: &[u8]| if second { word.iter().all(u8::is_ascii_digit) } else { word.ends_with(b")") };
     let stamped = |word: &[u8]| {
         let points = word.iter().filter(|byte| **byte == b'.').count();
         points == 1 && word.len() > 1 && word.iter().all(|byte| byte.is_ascii_digit() || *byte == b'.')
     };
-    row.windows(2).skip(1).any(|pair| matches!(pair, [one, two] if number(one) && stamped(two)))
+    let told = words(text).take_while(|word| !second || !is_remark(word));
+    words(text).zip(told.skip(1)).skip(1).any(|(one, two)| number(one) && stamped(two))
 }
 
 /// Returns true for the word with which a remark begins.
@@ -163,32 +161,32 @@ fn is_remark(word: &[u8]) -> bool {
 
 /// Returns true if a line that lacks its end may be the beginning of another frame's: half a byte, or a length of 0
 /// behind which `RTR` may have been.
-fn may_go_on(row: &[&[u8]], second: bool) -> bool {
-    !second && row.last().is_some_and(|last| last.len() < 2 || *last == b"RT")
+fn may_go_on(text: &[u8]) -> bool {
+    words(text).last().is_some_and(|last| last.len() < 2 || last == b"RT")
 }
 
-/// Returns the data bytes, of two digits each or written together; `lone`: also of one digit.
-fn bytes(words: &[&[u8]], lone: bool) -> Option<([u8; 64], u8)> {
-    let (mut data, mut size) = ([0; 64], 0_usize);
+/// Returns the data bytes, of two digits each or written together, and the number of words; `lone`: also of one digit.
+fn bytes<'a>(words: impl Iterator<Item = &'a [u8]>, lone: bool) -> Option<(([u8; 64], u8), usize)> {
+    let (mut data, mut size, mut count) = ([0; 64], 0_usize, 0);
     for word in words {
-        let digits = if lone && word.len() == 1 { 1 } else { 2 };
-        for pair in word.chunks(digits) {
-            if pair.len() != digits {
-                return None;
-            }
-            let byte = pair.iter().try_fold(0_u32, |sum, digit| Some(sum * 16 + char::from(*digit).to_digit(16)?))?;
-            *data.get_mut(size)? = u8::try_from(byte).ok()?;
+        count += 1;
+        for pair in word.chunks(2) {
+            let byte = match pair {
+                [high, low] => lex::byte(*high, *low)?,
+                [low] if lone && word.len() == 1 => lex::byte(b'0', *low)?,
+                _ => return None,
+            };
+            *data.get_mut(size)? = byte;
             size += 1;
         }
     }
-    Some((data, u8::try_from(size).ok()?))
+    Some(((data, u8::try_from(size).ok()?), count))
 }
 
 /// Returns an identifier; `Some(None)` if it is too large.
 fn identifier(word: &[u8]) -> Option<Option<CanId>> {
-    let digits = (1..=8).contains(&word.len()) && word.iter().all(u8::is_ascii_hexdigit);
-    let text = std::str::from_utf8(word).ok().filter(|_| digits)?;
-    let raw = u32::from_str_radix(text, 16).ok()?;
+    let digits = (1..=8).contains(&word.len()) && lex::is_hex(word);
+    let raw = digits.then(|| word.iter().fold(0, |sum, digit| sum << 4 | u32::from(lex::nibble(*digit))))?;
     Some(match u16::try_from(raw) {
         Ok(short) if short <= 0x7FF && word.len() <= 4 => Some(CanId::standard(short)),
         _ => (raw <= 0x1FFF_FFFF).then(|| CanId::extended(raw)),
@@ -197,7 +195,7 @@ fn identifier(word: &[u8]) -> Option<Option<CanId>> {
 
 fn decimal(word: &[u8]) -> Option<u32> {
     let digits = (1..=9).contains(&word.len()) && word.iter().all(u8::is_ascii_digit);
-    std::str::from_utf8(word).ok().filter(|_| digits)?.parse().ok()
+    digits.then(|| word.iter().fold(0, |sum, digit| sum * 10 + u32::from(digit - b'0')))
 }
 
 /// Returns a time in ms as ns, and its digits behind the point in seconds.
