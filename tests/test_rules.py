@@ -79,6 +79,7 @@ RAISED: dict[str, list[Raised]] = {
     "EMC009": [("EMC007", 3, None), ("EMC009", 4, 3)],
     "EMC009-repeated": [("EMC007", 3, None), ("EMC009", 6, 3)],
     "EMC010": [("EMC007", 3, None), ("EMC010", 3, None), ("EMC009", 13, 3)],
+    "EMC011": [("EMC011", 6, None)],
     "EXP001": [("EXP001", 3, None)],
     "EXP002": [("EXP002", 4, None)],
     "EXP003": [("EXP003", 4, None)],

@@ -1,26 +1,7 @@
-//! Arbitrary bytes as rows that another program lists: no panic, and the same items whatever the chunking.
-//!
-//! The first byte sets the size of the pieces, so that the fuzzer can find it too.
+//! Arbitrary bytes as rows that another program lists.
 #![no_main]
 
-use canalyze_core::bytes::frame::Buses;
-use canalyze_core::bytes::readers::rows::Rows;
-use libfuzzer_sys::fuzz_target;
+#[macro_use]
+mod pieces;
 
-fn items(bytes: &[u8], size: usize) -> Vec<String> {
-    let mut reader = Rows::default();
-    let mut buses = Buses::default();
-    let mut items = Vec::new();
-    let mut sink = |item, _: &Buses| items.push(format!("{item:?}"));
-    for piece in bytes.chunks(size) {
-        reader.feed(piece, &mut buses, &mut sink);
-    }
-    reader.finish(&mut buses, &mut sink);
-    items.push(format!("{:?} {:?}", reader.contents(), buses.names().collect::<Vec<_>>()));
-    items
-}
-
-fuzz_target!(|input: &[u8]| {
-    let Some((size, bytes)) = input.split_first() else { return };
-    assert_eq!(items(bytes, usize::MAX), items(bytes, 1 + usize::from(*size)));
-});
+any_pieces!(canalyze_core::bytes::readers::rows::Rows);

@@ -9,7 +9,7 @@ use super::nmt::permissions::NmtPermissions;
 use super::nmt::{Nmt, OBEYED_NS, SWITCHED_ON_NS};
 use super::time::Times;
 use crate::bytes::frame::{Frame, FrameRef};
-use crate::rules::emcy::Emc006;
+use crate::rules::emcy::{Emc006, Emc011};
 use crate::rules::finding::{Finding, Verdict};
 use crate::rules::heartbeat::Hbt006;
 use crate::rules::time::Tim001;
@@ -61,8 +61,10 @@ pub struct Nodes {
     silence_ns: i64,
     /// End of the silence for a switch of the bit rate (CiA 305), in ns; a heartbeat in it begins no series.
     quiet_until_ns: i64,
-    /// Frames of wrong length of nodes not yet known to exist.
+    /// Findings about frames of an unusual form of nodes not yet known to exist.
     misshapen: Vec<Finding>,
+    /// Nodes with an emergency that is not judged, one bit each.
+    unread: u128,
 }
 
 impl Nodes {
@@ -78,6 +80,7 @@ impl Nodes {
             silence_ns: 0,
             quiet_until_ns: i64::MIN,
             misshapen: Vec::new(),
+            unread: 0,
         }
     }
 
@@ -207,6 +210,10 @@ impl Nodes {
                 self.nmt.emergency(node, code, cx.at);
                 self.emergencies.judge((code, register), node, nodes.get(node), cx);
             }
+            Message::EmcyFd { node, .. } if self.unread >> node & 1 == 0 => {
+                self.unread |= 1 << node;
+                self.misshapen(Emc011::First.into(), Some(node), cx);
+            }
             Message::Time { ms, days, reserved } => self.times.judge(ms, days, reserved, cx),
             Message::Lss { from_master: true, command } => {
                 self.nmt.lss(command, cx.at);
@@ -220,8 +227,7 @@ impl Nodes {
         }
     }
 
-    /// Reports a frame of a wrong length, once the node (for TIME, any node) is known to exist: other networks use
-    /// these identifiers for other data.
+    /// Reports a frame of a wrong length.
     fn wrong_length(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
         let found = frame.len.into();
         let (what, node): (Verdict, _) = match role {
@@ -230,17 +236,25 @@ impl Nodes {
             Role::Time => (Tim001::Length { found }.into(), None),
             _ => return,
         };
-        let finding = cx.verdict(what, node, None, None);
-        if !self.is_present(node) {
-            if self.misshapen.len() < MISSHAPEN {
-                self.misshapen.push(finding);
-            }
-            return;
-        }
-        cx.report(finding);
-        if let Role::ErrorControl(node) = role {
+        let present = self.misshapen(what, node, cx);
+        if let Role::ErrorControl(node) = role
+            && present
+        {
             self.misshapen_error_control(node, frame, cx);
         }
+    }
+
+    /// Reports a frame of an unusual form, once the node (for TIME, any node) is known to exist: other networks use
+    /// these identifiers for other data. Returns true if it does.
+    fn misshapen(&mut self, what: Verdict, node: Option<u8>, cx: &mut Context<'_>) -> bool {
+        let finding = cx.verdict(what, node, None, None);
+        let present = self.is_present(node);
+        if present {
+            cx.report(finding);
+        } else if self.misshapen.len() < MISSHAPEN {
+            self.misshapen.push(finding);
+        }
+        present
     }
 
     /// Takes an error control frame not one byte long: it still shows that the node is present, and its state if it has
@@ -271,7 +285,7 @@ impl Nodes {
         node.map_or_else(|| (1..=127).any(present), present)
     }
 
-    /// Reports kept frames of wrong length whose nodes are now known to exist.
+    /// Reports kept frames of an unusual form whose nodes are now known to exist.
     fn release_misshapen(&mut self, cx: &mut Context<'_>) {
         let (shown, waiting) =
             std::mem::take(&mut self.misshapen).into_iter().partition(|finding| self.is_present(finding.node));

@@ -126,4 +126,14 @@ rules! {
         Flood { count: Count, duration: Ns } "{duration}内{count}个紧急报文" "{count} EMCYs within {duration}";
         InAll { count: Count, duration: Ns } "{duration}内共{count}个紧急报文" "{count} EMCYs in total within {duration}";
     }
+
+    /// CANopen FD的紧急报文长20字节, 各字段的次序没有公开。只显示其字节: 节点是报告错误还是清除错误, 都不作判断。
+    /// An EMCY of CANopen FD has 20 bytes, whose order is not public. Its bytes are shown; whether the node reports an error or clears one is not judged.
+    ///
+    /// 设备报告了错误, 或者错误已经消失; 请按制造商手册解读其字节。
+    /// The device reports an error, or one has gone; read its bytes by the manufacturer's manual.
+    Emc011 "EMC011" "emcy-not-judged" Warning "CiA 1301" [Emcy] {
+        message "CANopen FD的紧急报文, 未作判断" "EMCY of CANopen FD, not judged";
+        First "节点的第一个CANopen FD紧急报文: 内容未作判断" "the node's first EMCY of CANopen FD; its content is not judged";
+    }
 }

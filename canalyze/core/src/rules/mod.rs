@@ -238,7 +238,7 @@ codes! {
     capture: Cap001 Cap002 Cap003 Cap004 Cap005 Cap006 Cap007 Cap008 Cap009;
     drive: Drv001 Drv002 Drv003 Drv004 Drv005;
     description: Eds001 Eds002 Eds003 Eds004 Eds005;
-    emcy: Emc001 Emc002 Emc003 Emc004 Emc005 Emc006 Emc007 Emc008 Emc009 Emc010;
+    emcy: Emc001 Emc002 Emc003 Emc004 Emc005 Emc006 Emc007 Emc008 Emc009 Emc010 Emc011;
     expectation: Exp001 Exp002 Exp003 Exp004 Exp005 Exp006 Exp007 Exp008 Exp009 Exp010 Exp011 Exp012 Exp013 Exp014
         Exp015 Exp016 Exp017 Exp018 Exp019 Exp020;
     guarding: Grd001 Grd002 Grd003 Grd004 Grd005;

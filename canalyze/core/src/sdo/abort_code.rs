@@ -69,6 +69,19 @@ impl AbortCode {
         }
     }
 
+    /// Returns true if the frames of the other side violated the protocol.
+    pub fn is_violation(self) -> bool {
+        match self {
+            Self::Sdo(code) => code != TIMED_OUT && (0x0503_0000..=0x0504_0004).contains(&code),
+            Self::Usdo(code) => matches!(code, 0x11 | 0x13..=0x15 | 0x1E | 0x1F | 0x21),
+        }
+    }
+
+    /// Returns true if the server has no time now.
+    pub fn is_busy(self) -> bool {
+        self == Self::Usdo(0x70)
+    }
+
     /// Returns true for a time-out of the protocol.
     pub fn is_timeout(self) -> bool {
         self.meaning() == TIMED_OUT

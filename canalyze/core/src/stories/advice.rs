@@ -4,6 +4,8 @@ use super::incident::{Grade, Incident, Status};
 use super::kinds::IncidentKind;
 use super::sayings::{self as say, Check};
 use crate::checks::pdo::configuration::pdo_parameter;
+use crate::rules::finding::Quantity;
+use crate::sdo::abort_code::AbortCode;
 
 /// The facts of the whole capture that advice depends on.
 #[derive(Clone, Copy, Debug, Default)]
@@ -12,6 +14,11 @@ pub struct AdviceFacts {
     pub error_frames: bool,
     /// Number of nodes seen.
     pub nodes: u32,
+}
+
+/// Returns true if a transfer was aborted with such a code.
+fn aborted(one: &Incident, such: fn(AbortCode) -> bool) -> bool {
+    matches!(one.get("abort"), Some(Quantity::Abort(code)) if such(code))
 }
 
 /// Returns the things to check, the first one first.
@@ -68,6 +75,8 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
         IncidentKind::ObjectRefused | IncidentKind::IdentityMismatch | IncidentKind::LengthRefused => vec![say::EDS],
         IncidentKind::MappingRefused if one.has("others") => vec![say::EDS, say::MAPPING],
         IncidentKind::MappingRefused => vec![say::PDO_ORDER],
+        IncidentKind::WriteRefused if aborted(one, AbortCode::is_violation) => vec![say::SDO_PROTOCOL],
+        IncidentKind::WriteRefused if aborted(one, AbortCode::is_busy) => vec![say::SERVER],
         IncidentKind::AccessRefused
         | IncidentKind::StateRefused
         | IncidentKind::ValueRefused
