@@ -77,6 +77,17 @@ LAYOUTS = {
     "canpro": "序号,系统时间,时间标识,CAN通道,传输方向,ID号,帧类型,帧格式,长度,数据\n"
     + _numbered('0000{n},="10:21:03.12{n}",0x0001A2B{n},ch1,{zh},0x0{id:03X},数据帧,标准帧,0x0{len},x| {spaced}\n'),
     "slcan": _numbered("t{id:03X}{len}{data}\n"),
+    "a system's log": _numbered("Mar  2 10:11:1{n} host candump[123]:  can0  {id:03X}   [{len}]  {spaced}\n"),
+    "a robot's log": _numbered("[INFO] [1614679872.{n}00000000] [bus_node]: {id:03X} [{len}] {spaced}\n"),
+    "a library's log": _numbered("2021-03-02 10:11:12,34{n} DEBUG network {side} 0x{id:X}: {spaced}\n"),
+    "a console": _numbered("I (123{n}) TWAI: {side} id=0x{id:X} dlc={len} data={spaced}\n"),
+    "arrows": _numbered("-> 0x{id:X} [{spaced}]\n").replace("-> 0x80 []\n", "-> 0x80:\n"),
+    "names": _numbered("0.00{n} {id:03X} Name_{n} {side} {len} {spaced}\n"),
+    "joined": _numbered("0x{id:03X} {len} {data}\n"),
+    "commands": _numbered("$ cansend can0 {id:03X}#{data}\n"),
+    "wireshark without a column": _numbered("  {n} 0.00{n}000   CAN  32  STD: 0x{id:08x}   {spaced}\n").replace(
+        "0x00000080   \n", "0x00000080:\n"
+    ),
     "socketcand": _numbered("< frame {id:X} {n}.500000 {spaced} >\n"),
 }
 
@@ -126,6 +137,10 @@ def test_prose_around_it_is_no_frame_and_no_damage(canalyze: Runner, tmp_path: P
         ("canpro", ["10.7184", "10.7185", "10.7186", "10.7187", "10.7188"]),
         ("decimal identifiers", ["0.000", "0.001", "0.002", "0.003", "0.004"]),
         ("bare", [None] * 5),
+        ("a system's log", [f"3667{n}" for n in range(5)]),
+        ("a robot's log", [f"1614679872.{n}00000000" for n in range(5)]),
+        ("a library's log", [f"1614679872.34{n}" for n in range(5)]),
+        ("names", [f"0.00{n}" for n in range(5)]),
     ],
 )
 def test_times_are_exact(name: str, times: list[str | None]) -> None:
@@ -261,7 +276,7 @@ SDO = (0x60A, "4017100000000000")
         ("1,0.001,705,1,05\n2,0.002,705,1,7F\n", [(0x705, "05"), (0x705, "7F")]),
         ("705 8 05 00\n705 8 7F 00\n", []),
         ("181 4 20 30 40\n", []),
-        ("60Ah 8 40 17 10 00 00 00 00 00 100.2 12\n", []),
+        ("60Ah 8 40 17 10 00 00 00 00 00 100.2 12\n", [SDO]),
         # Decimal numbers, as the heading says or as they show.
         ("1546 8 64 23 16 0 0 0 0 0\n1418 8 75 23 16 0 232 3 0 0\n", []),
         ("time,id,dlc,data\n0.1,1546,8,64 23 16 0 0 0 0 0\n0.2,1418,8,75 23 16 0 232 3 0 0\n",
@@ -282,6 +297,11 @@ SDO = (0x60A, "4017100000000000")
         ("100  7f 45 4c 46 02 01 01 00\n108  01 02 03 04 05 06 07 08\n", []),
         ("600  40 45 4c 46 02 01 01 00\n608  01 02 03 04 05 06 07 08\n610  01 02 03 04 05 06 07 08\n", []),
         ("404 10\n200 20\n", []),
+        ("10:00:01 GET /index 404 2 10 20\n10:00:02 GET /index 200 1 10\n", []),
+        ("{ 0x60A, 8, 0x40, 0x17, 0x10, 0x00, 0x00, 0x00, 0x00, 0x00 },\n", []),
+        ("i2c 0x3c: 01 02\ni2c 0x3d: 01\n", []),
+        ("0.5 waiting for 0x60A\n", []),
+        ('{"id":"60A","dlc":8,"data":"40 17 10 00 00 00 00 00"}\n', []),
     ],
 )  # fmt: skip
 def test_what_a_row_says(text: str, frames: list[tuple[int, str]]) -> None:

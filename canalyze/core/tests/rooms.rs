@@ -9,12 +9,13 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 63_000;
+const WHOLE: usize = 63_320;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
-    ("bytes", 10_310),
-    ("checks", 7_450),
+    // With the rows inside other text.
+    ("bytes", 10_550),
+    ("checks", 7_470),
     ("evidence", 3_350),
     ("lib", 50),
     ("python", 1_120),
@@ -25,7 +26,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("stories", 6_120),
     ("tables", 6_110),
     // The transfers of CANopen FD.
-    ("usdo", 980),
+    ("usdo", 1_010),
     ("views", 7_720),
     ("wire", 2_720),
     ("words", 3_710),

@@ -1,4 +1,4 @@
-//! What the frames of clients do to the transfers.
+//! The frames of clients, and their effect on the transfers.
 
 use super::open::{Jump, OpenTransfer, TransferKey, UsdoPhase, counter, told};
 use super::sessions::{KEPT, Usdo};

@@ -1,4 +1,4 @@
-//! What the frames of servers do to the transfers.
+//! The frames of servers, and their effect on the transfers.
 
 use super::open::{OpenTransfer, TransferKey, UsdoPhase, told};
 use super::sessions::Usdo;

@@ -2,17 +2,20 @@
 //!
 //! A heading names the columns (`columns`), in a table with commas, semicolons, tabs, bars or blanks between them. Without
 //! one, the rows themselves show their columns: the first rows wait until all of them agree on a layout. A length that
-//! is listed must be the number of the bytes. Lines around the rows are prose and no damage; a line that looks like a
+//! is listed must be the number of the bytes. Rows may stand inside other text (`prose`). Lines around the rows are no damage; a line that looks like a
 //! row and does not fit is unreadable.
 
 mod columns;
 mod layout;
+mod learnt;
 mod marked;
+mod prose;
 mod row;
 mod times;
 
 use self::columns::Column::Other;
-use self::layout::{RowLayout, guess, heading, learn};
+use self::layout::{RowLayout, heading};
+use self::learnt::{guess, learn};
 use self::marked::self_describing;
 use self::row::{CLASSIC, Row, channel};
 use super::lines::Begun;
@@ -109,9 +112,10 @@ impl Rows {
             return;
         }
         let texts: Vec<&[u8]> = self.waiting.iter().map(|(_, text)| text.as_slice()).collect();
-        let Some(layout) = self.layout.take().map(|layout| layout.completed(&texts)).or_else(|| learn(&texts)) else {
-            return;
-        };
+        let named = self.layout.take().map(|layout| layout.completed(&texts));
+        // A heading whose columns are not those of its rows names nothing.
+        let fits = |layout: &RowLayout| texts.is_empty() || texts.iter().any(|text| layout.reads(text));
+        let Some(layout) = named.clone().filter(fits).or_else(|| learn(&texts)).or(named) else { return };
         (self.layout, self.learnt) = (Some(layout), true);
         for (line, text) in std::mem::take(&mut self.waiting).iter() {
             self.row(text, *line, buses, sink);
@@ -159,7 +163,9 @@ pub(in crate::bytes::readers) fn is_row(text: &[u8], alone: bool) -> bool {
     let shows = |(layout, row): &(RowLayout, Row<'_>)| layout.is_evident(row);
     heading(text).is_some()
         || self_describing(text).is_some()
-        || alone && guess(text, true).or_else(|| guess(text, false)).is_some_and(|found| shows(&found))
+        || alone
+            && (guess(text, true).or_else(|| guess(text, false)).is_some_and(|found| shows(&found))
+                || prose::guess(text, false).is_some_and(|found| shows(&found)))
 }
 
 fn unreadable(line: u64, reason: Unreadable) -> Item {

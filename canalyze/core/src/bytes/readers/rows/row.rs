@@ -4,7 +4,7 @@ use super::columns::Column::{self, Attribute, Channel, Data, Extended, Id, Lengt
 use super::columns::{MILLISECOND, SECOND};
 use super::times::{number, time};
 use crate::bytes::frame::{Direction, Stamp, StampForm};
-use crate::bytes::readers::candump::lex::{byte, is_blank, nibble};
+use crate::bytes::readers::candump::lex::{byte, is_blank, is_hex, nibble};
 
 /// Maximum number of bytes of a frame, and of a classic one.
 const BYTES: usize = 64;
@@ -149,6 +149,17 @@ pub(super) fn length(word: &[u8]) -> Option<usize> {
         [digit @ b'0'..=b'8'] => Some(usize::from(digit - b'0')),
         _ => None,
     }
+}
+
+/// Returns true if a word has the form of an identifier: three or eight hexadecimal digits, or a prefix.
+pub(super) fn identifier(word: &[u8]) -> bool {
+    let prefixed = word.strip_prefix(b"0x").or_else(|| word.strip_prefix(b"0X"));
+    let digits = prefixed.unwrap_or(word);
+    let digits = digits.strip_suffix(b":").unwrap_or(digits);
+    let digits = digits.strip_suffix(b"h").or_else(|| digits.strip_suffix(b"x")).unwrap_or(digits);
+    let padded = digits.len() == 4 && digits.starts_with(b"0");
+    let long = padded || matches!(digits.len(), 3 | 8) || prefixed.is_some() && (1..=8).contains(&digits.len());
+    long && is_hex(digits)
 }
 
 /// Parses a direction, seen from the host.

@@ -1,0 +1,171 @@
+//! The layout of rows without a heading: learnt from rows that agree and show that they are frames.
+
+use super::columns::Column::{self, Attribute, Channel, Data, Id, Length, Other, Time};
+use super::columns::{SECOND, Separator, cells};
+use super::layout::RowLayout;
+use super::prose;
+use super::row::{Row, direction, identifier, length};
+use super::times::{number, time};
+use crate::bytes::readers::candump::lex::is_hex;
+
+impl RowLayout {
+    /// Returns true if a line is a row of this layout.
+    pub(super) fn reads(&self, text: &[u8]) -> bool {
+        let found = if self.named { self.read(text) } else { self.reads_again(text) };
+        found.is_some_and(|row| row.whole().is_some())
+    }
+
+    /// Reads a row without a heading, which must have the columns of the first one.
+    pub(super) fn reads_again<'a>(&self, text: &'a [u8]) -> Option<Row<'a>> {
+        if self.columns == [Id(16), Data] && is_alone(text) {
+            return number(text, 16).map(|id| Row { id: Some((id, 3)), ..Row::default() });
+        }
+        if self.prose {
+            let (layout, row) = prose::guess(text, true)?;
+            return (layout.columns.contains(&Length) == self.columns.contains(&Length)).then_some(row);
+        }
+        let (layout, row) = guess(text, self.long_length)?;
+        let channel = if self.counted { &b""[..] } else { row.channel };
+        (layout.columns == self.columns).then_some(Row { channel, ..row })
+    }
+
+    /// Returns true if a line has as many cells as a row, one of them an identifier.
+    pub(super) fn is_meant(&self, text: &[u8]) -> bool {
+        if self.prose {
+            return prose::is_meant(text);
+        }
+        let found = cells(text, self.separator);
+        let least = self.columns.iter().filter(|column| !matches!(column, Column::Byte | Data)).count();
+        let id = self.columns.iter().zip(&found).any(|(column, cell)| match column {
+            Id(base) => number(cell, *base).is_some(),
+            _ => false,
+        });
+        let bytes = |cell: &&[u8]| cell.len() <= 2 && is_hex(cell);
+        found.len() >= least.max(2) && id && (self.named || found.last().is_some_and(bytes))
+    }
+}
+
+/// Reads a row without a heading by the form of its words. `long_length`: the first of the bytes is their number.
+pub(super) fn guess(text: &[u8], long_length: bool) -> Option<(RowLayout, Row<'_>)> {
+    let sign = [b';', b','].into_iter().find(|sign| text.contains(sign));
+    let separator = sign.map_or(Separator::Blanks, Separator::Byte);
+    let mut words = cells(text, separator);
+    let mut tail = Vec::new();
+    while let Some(column) = words.last().and_then(|word| trailing(word)) {
+        tail.insert(0, (column, words.pop()?));
+    }
+    let run = words.iter().rev().take_while(|word| word.len() == 2 && is_hex(word)).count();
+    let mut begin = words.len() - run;
+    let mut row = Row::default();
+    let mut columns = Vec::new();
+    let head = words.get(..begin)?;
+    // The length is the last word before the bytes, or the first of them.
+    let remote = run == 0 && head.iter().any(|word| matches!(*word, b"r" | b"R" | b"RTR"));
+    let listed = head.last().and_then(|word| length(word)).filter(|length| *length == run || remote);
+    let (head, length) = match listed {
+        Some(length) => (head.get(..head.len() - 1)?, Some(length)),
+        None if long_length => {
+            let length = number(words.get(begin)?, 16)? as usize;
+            begin += 1;
+            (length + 1 == run).then_some((head, Some(length)))?
+        }
+        None => (head, None),
+    };
+    let place = head.iter().rposition(|word| identifier(word))?;
+    for (number, word) in head.iter().enumerate() {
+        let column = if number == place { Id(16) } else { leading(word, number)? };
+        // A number behind the identifier would be a length, and a second one of a kind is something else.
+        let again = column != Other && columns.contains(&column);
+        if again || number > place && matches!(column, Channel(_) | Other) {
+            return None;
+        }
+        row.take(column, word)?;
+        columns.push(column);
+    }
+    if length.is_some() {
+        columns.push(Length);
+        row.length = length;
+    }
+    columns.push(Data);
+    for word in words.get(begin..)? {
+        row.bytes(word)?;
+    }
+    for (column, word) in tail {
+        row.take(column, word)?;
+        columns.push(column);
+    }
+    // Letters alone are a word.
+    let word = head.get(place).is_some_and(|word| word.iter().all(u8::is_ascii_alphabetic));
+    let layout = RowLayout { columns, long_length, ..RowLayout::new(separator) };
+    row.whole().filter(|_| !word).map(|row| (layout, row))
+}
+
+/// Returns the column of a word behind the bytes.
+fn trailing(word: &[u8]) -> Option<Column> {
+    let timed = word.contains(&b'.') && time(word, SECOND).is_some();
+    if timed { Some(Time(SECOND)) } else { direction(word).map(|_| Column::Direction) }
+}
+
+/// Returns the column of a word before the length.
+fn leading(word: &[u8], number: usize) -> Option<Column> {
+    if word.iter().any(|byte| matches!(byte, b'.' | b':')) && time(word, SECOND).is_some() {
+        return Some(Time(SECOND));
+    }
+    if direction(word).is_some() {
+        return Some(Column::Direction);
+    }
+    match word {
+        b"CAN" | b"can" => Some(Other),
+        b"d" | b"D" | b"r" | b"R" | b"s" | b"S" | b"x" | b"X" | b"Std" | b"Ext" | b"STD" | b"EXT" | b"RTR" => {
+            Some(Attribute)
+        }
+        // The first number of a row may count the rows.
+        _ if number == 0 && word.len() > 2 && word.iter().all(u8::is_ascii_digit) => Some(Other),
+        _ if word.len() <= 2 && word.iter().all(u8::is_ascii_digit) => Some(Channel(1)),
+        _ => {
+            let name = word.strip_prefix(b"v").unwrap_or(word);
+            let of_bus = name.strip_prefix(b"can").or_else(|| name.strip_prefix(b"CAN"))?;
+            (of_bus.len() <= 3 && of_bus.iter().all(u8::is_ascii_digit)).then_some(Channel(1))
+        }
+    }
+}
+
+/// Learns the layout of rows without a heading; `None` if nothing shows that they are frames.
+pub(super) fn learn(texts: &[&[u8]]) -> Option<RowLayout> {
+    // A first byte that is the number of those behind it in every row is a length.
+    let count = |long: bool| texts.iter().filter(|text| guess(text, long).is_some()).count();
+    let counted = |text: &&[u8]| guess(text, true).is_some_and(|(_, row)| row.count > 0);
+    let long = count(true) >= count(false) && texts.iter().any(counted);
+    let rows: Vec<_> = texts.iter().filter_map(|text| guess(text, long)).collect();
+    let inside: Vec<_> = texts.iter().filter_map(|text| prose::guess(text, false)).collect();
+    let (first, second) = if inside.len() > rows.len() { (inside, rows) } else { (rows, inside) };
+    agreed(&first).or_else(|| agreed(&second))
+}
+
+/// Returns the layout of rows if something shows that they are frames.
+fn agreed(rows: &[(RowLayout, Row<'_>)]) -> Option<RowLayout> {
+    if !rows.iter().any(|(layout, row)| layout.is_evident(row)) || rises_by_length(rows) {
+        return None;
+    }
+    let (layout, _) = rows.iter().find(|(_, row)| row.count > 0 || row.length.is_some())?;
+    let small = rows.iter().all(|(_, row)| row.id.is_some_and(|(id, _)| id <= 0x7FF));
+    // Numbers that rise by one from row to row count the rows.
+    let channels: Vec<u32> = rows.iter().filter_map(|(_, row)| number(row.channel, 10)).collect();
+    let rising = channels.len() > 1
+        && channels.iter().zip(channels.iter().skip(1)).all(|(one, next)| one.checked_add(1) == Some(*next));
+    let counted = rising || channels.iter().any(|channel| *channel > 8);
+    Some(RowLayout { filled: small, counted, ..layout.clone() })
+}
+
+/// Returns true if a line is an identifier alone, as of a SYNC without data.
+pub(super) fn is_alone(text: &[u8]) -> bool {
+    matches!(text.len(), 1..=3) && is_hex(text) && text.iter().any(u8::is_ascii_digit)
+}
+
+/// Returns true if each identifier is that of the row before plus the number of its bytes, as in a dump of memory.
+fn rises_by_length(rows: &[(RowLayout, Row<'_>)]) -> bool {
+    let ids: Vec<(u32, usize)> = rows.iter().filter_map(|(_, row)| Some((row.id?.0, row.count))).collect();
+    let pairs = ids.iter().zip(ids.iter().skip(1));
+    ids.len() > 1
+        && pairs.into_iter().all(|((id, count), (next, _))| *count > 0 && id.checked_add(*count as u32) == Some(*next))
+}
