@@ -26,7 +26,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("stories", 6_130),
     ("tables", 6_110),
     // The transfers of CANopen FD.
-    ("usdo", 1_010),
+    ("usdo", 1_030),
     ("views", 7_720),
     ("wire", 2_720),
     ("words", 3_710),
