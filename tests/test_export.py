@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import random
 import signal
 import subprocess
 import sys
@@ -33,7 +34,7 @@ from canalyze.commands.export import name_of
 from canalyze.errors import OutputError
 from canalyze.exporting import FOLDER, TABLES, Target, form_of
 from canalyze.exporting.export import SETTINGS, About, Export
-from canalyze.exporting.shaping import Message, identifier
+from canalyze.exporting.shaping import Message, identifier, joined
 from canalyze.exporting.writing import ROWS
 from canalyze.running.options import SessionOptions
 
@@ -607,3 +608,23 @@ def test_memory_does_not_grow_with_the_capture(tmp_path: Path) -> None:
         done = subprocess.run(arguments, capture_output=True, check=True, cwd=tmp_path, env=environment())
         peaks.append(int(done.stderr))
     assert peaks[1] - peaks[0] < 24 * 1024, peaks  # in KiB; the frames that are more take 70 MB in memory
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_rows_of_other_columns_are_put_together(seed: int) -> None:
+    """As pyarrow does it, a batch at a time."""
+    chance = random.Random(seed)
+    kinds = {"a": pa.int16(), "b": pa.string(), "c": pa.float64(), "d": pa.bool_(), "e": pa.int64()}
+    batches = []
+    for _ in range(chance.randrange(1, 12)):
+        names = [name for name in kinds if chance.random() < 0.6] or ["a"]
+        count = chance.randrange(4)
+        columns = {
+            name: pa.array([chance.choice([None, 0, 1]) for _ in range(count)], pa.int64()).cast(kinds[name])
+            for name in names
+        }
+        batches.append(pa.record_batch(columns))
+    schema = pa.schema(kinds)
+    each = [pa.table(batch) if len(batch.schema) else pa.table({}) for batch in batches]
+    whole = pa.concat_tables([*each, schema.empty_table()], promote_options="default").select(schema.names)
+    assert joined(batches, schema).equals(whole)

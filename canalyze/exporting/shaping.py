@@ -11,7 +11,7 @@ Must not: write, or know where a column ends up.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 import pyarrow as pa
@@ -135,16 +135,31 @@ def kind_of(data_type: pa.DataType) -> str:
     return str(data_type)
 
 
-def fitted(batch: pa.RecordBatch, schema: pa.Schema) -> pa.RecordBatch:
-    """Give rows the columns of a wider schema."""
-    if batch.schema.equals(schema):
-        return batch
-    known = dict(zip(batch.schema.names, batch.columns, strict=True))
-    arrays = [
-        known[field.name].cast(field.type, safe=False) if field.name in known else pa.nulls(len(batch), field.type)
-        for field in schema
-    ]
-    return pa.record_batch(arrays, schema=schema)
+def joined(batches: Sequence[pa.RecordBatch], schema: pa.Schema) -> pa.Table:
+    """Return the rows of batches in the columns of a wider schema; what a batch lacks is null.
+
+    A column is made of the batches that have it: many mappings of a few rows each cost no more than their cells.
+    """
+    if all(batch.schema.equals(schema) for batch in batches):
+        return pa.Table.from_batches(batches, schema)
+    chunks: dict[str, list[pa.Array]] = {name: [] for name in schema.names}
+    filled = dict.fromkeys(chunks, 0)
+    count = 0
+    for batch in batches:
+        for name, values in zip(batch.schema.names, batch.columns, strict=True):
+            kind = schema.field(name).type
+            if gap := count - filled[name]:
+                chunks[name].append(pa.nulls(gap, kind))
+            chunks[name].append(values.cast(kind, safe=False))
+            filled[name] = count + len(batch)
+        count += len(batch)
+    for name, kind in zip(schema.names, schema.types, strict=True):
+        if gap := count - filled[name]:
+            chunks[name].append(pa.nulls(gap, kind))
+    return pa.table(
+        [pa.chunked_array(chunks[name], kind) for name, kind in zip(schema.names, schema.types, strict=True)],
+        schema=schema,
+    )
 
 
 def plain(batch: pa.RecordBatch) -> pa.RecordBatch:

@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
 
-from canalyze.exporting.shaping import fitted, plain, texts
+from canalyze.exporting.shaping import joined, plain, texts
 from canalyze.output.writing import Part
 
 ROWS: Final = 1 << 17
@@ -28,8 +28,8 @@ class File:
     def __init__(self, beside: Path, form: str, *, replace: bool) -> None:
         """Be ready to write. beside: the part is made in its folder. form: parquet, arrow or csv."""
         self.rows = 0
-        self.schema: Any = None
-        """Of all rows so far; None before the first."""
+        self._fields: dict[str, pa.Field] = {}
+        self._schema: Any = None
         self._beside = beside
         self._form = form
         self._replace = replace
@@ -47,14 +47,26 @@ class File:
     def take(self, batch: pa.RecordBatch) -> None:
         """Take rows, whose columns may be new ones."""
         batch = texts(batch) if self._form == "csv" else plain(batch) if self._form == "arrow" else batch
-        if self.schema is None:
-            self.schema = batch.schema
-        elif not self.schema.equals(batch.schema):
-            self.schema = pa.unify_schemas([self.schema, batch.schema], promote_options="permissive")
+        for field in batch.schema:
+            self._know(field)
         self.rows += len(batch)
         self._waiting.append(batch)
         if sum(map(len, self._waiting)) >= ROWS:
             self.flush()
+
+    def _know(self, field: pa.Field) -> None:
+        known = self._fields.get(field.name)
+        if known is None or not known.equals(field):
+            both = [pa.schema([one]) for one in (known, field) if one is not None]
+            self._fields[field.name] = pa.unify_schemas(both, promote_options="permissive").field(0)
+            self._schema = None
+
+    @property
+    def schema(self) -> Any:
+        """Of all rows so far; None before the first."""
+        if self._schema is None and self._fields:
+            self._schema = pa.schema(list(self._fields.values()))
+        return self._schema
 
     def flush(self) -> None:
         """Write what waits, as one group."""
@@ -63,7 +75,7 @@ class File:
             self._pieces.append(part := Part(self._beside, replace=self._replace))
             os.close(part.fd)
             self._writer, self._written = self._open(part.path, self.schema), self.schema
-        table = pa.Table.from_batches([fitted(batch, self._written) for batch in self._waiting], self._written)
+        table = joined(self._waiting, self._written)
         self._waiting = []
         if len(table):  # a file without rows has its columns, and no group
             self._writer.write_table(table, len(table))
