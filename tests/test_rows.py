@@ -85,6 +85,23 @@ LAYOUTS = {
     "names": _numbered("0.00{n} {id:03X} Name_{n} {side} {len} {spaced}\n"),
     "joined": _numbered("0x{id:03X} {len} {data}\n"),
     "commands": _numbered("$ cansend can0 {id:03X}#{data}\n"),
+    "numbers before it": _numbered(
+        "15:23:0{n}.000 DEBUG bus.py 12{n} {side} state=0x37 id=0x{id:X} dlc={len} data={spaced}\n"
+    ),
+    "labels with colons": _numbered("ID:0x{id:X} DLC:{len} DATA:{spaced}\n"),
+    "flags between": _numbered("CAN id: 0x{id:X}, ide: 0, rtr: 0, dlc: {len}, data: {spaced}\n"),
+    "data in brackets": _numbered("id=0x{id:X} dlc={len} data=[{spaced}]\n"),
+    "standard identifiers": _numbered("Standard ID: 0x{id:X}       DLC: {len}  Data: {spaced}\n"),
+    "one cell for the bytes": _numbered("0.00{n},{id:03X},{len},{spaced}\n"),
+    "joined in a cell": _numbered("0.00{n},{id:03X},{len},{data}\n"),
+    "other names": "timestamp,arb id,dlc,data_hex\n" + _numbered("0.00{n},0x{id:03X},{len},{data}\n"),
+    "numbered rows": _numbered("10{n} {id:03X} {len} {spaced}\n"),
+    "short identifiers": _numbered("{id:X}h {len} {spaced}\n"),
+    "half of the day": _numbered("3:23:0{n}.000 PM {id:03X} {side} {len} {spaced}\n"),
+    "a terminal's stamps": _numbered("15:23:0{n}.000 -> {id:03X} {len} {spaced}\n"),
+    "coloured": _numbered("\x1b[0;32mI (345{n}) CAN: {side} id=0x{id:x} len={len} data={spaced}\x1b[0m\n"),
+    "carriage returns": _numbered("t{id:03X}{len}{data}\r"),
+    "a stream": _numbered("< frame {id:X} {n}.500000 {data} >").replace("  >", " >") + "\n",
     "wireshark without a column": _numbered("  {n} 0.00{n}000   CAN  32  STD: 0x{id:08x}   {spaced}\n").replace(
         "0x00000080   \n", "0x00000080:\n"
     ),
@@ -141,6 +158,8 @@ def test_prose_around_it_is_no_frame_and_no_damage(canalyze: Runner, tmp_path: P
         ("a robot's log", [f"1614679872.{n}00000000" for n in range(5)]),
         ("a library's log", [f"1614679872.34{n}" for n in range(5)]),
         ("names", [f"0.00{n}" for n in range(5)]),
+        ("numbers before it", [f"5538{n}.000" for n in range(5)]),
+        ("half of the day", [f"5538{n}.000" for n in range(5)]),
     ],
 )
 def test_times_are_exact(name: str, times: list[str | None]) -> None:
@@ -284,7 +303,7 @@ SDO = (0x60A, "4017100000000000")
         ("Time;ID (dec);Len;Data (dec)\n0,001;1546;8;64 23 16 0 0 0 0 0\n", [SDO]),
         # Forms of identifiers and bytes.
         ("60A: 40 17 10 00 00 00 00 00\n", [SDO]),
-        ("060Ah 8 40 17 10 00 00 00 00 00 \n0.5 705 Rx 1 05\n", [SDO]),
+        ("060Ah 8 40 17 10 00 00 00 00 00 \n0.5 705 Rx 1 05\n", [SDO, (0x705, "05")]),
         ('Time,ID,Data\n0.1,0x60A,"40,17,10,00,00,00,00,00"\n', [SDO]),
         ("Time,ID,Data\n0.1,0x60A,40-17-10-00-00-00-00-00\n", [SDO]),
         ("ID,Data\n0x705,0x05\n080,\n", [(0x705, "05"), (0x080, "")]),

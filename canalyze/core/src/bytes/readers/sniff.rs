@@ -131,7 +131,11 @@ fn line_of(line: &[u8]) -> Option<&'static str> {
         _ => false,
     };
     // A line of Vector's without a header: time, then channel and more, or the kind of an event.
-    let event = second.iter().all(u8::is_ascii_digit) && matches!(second.len(), 1 | 2) && !third.is_empty();
+    let said = |word: &[u8]| memchr::memmem::find(&lower, word).is_some();
+    let event = second.iter().all(u8::is_ascii_digit)
+        && matches!(second.len(), 1 | 2)
+        && !third.is_empty()
+        && [&b"rx"[..], b"tx", b"errorframe", b"statistic", b"overload", b" d ", b" r "].iter().any(|word| said(word));
     let event = event || matches!(second, b"canfd" | b"canxl" | b"start" | b"can" | b"log" | b"sv:" | b"comment:");
     let stamp = first.iter().filter(|byte| **byte == b'.').count() == 1
         && first.iter().all(|byte| byte.is_ascii_digit() || *byte == b'.')

@@ -21,7 +21,7 @@ use self::wreck::Behind;
 use super::lines::Begun;
 use super::listing::{self, Base, Gaps, Omission};
 use super::{FilePlace, Item, Marker, Unreadable};
-use crate::bytes::frame::{BusId, Buses, CanId, Frame, Kind, Stamp, StampForm};
+use crate::bytes::frame::{BusId, Buses, CanId, Direction, Frame, Kind, Stamp, StampForm};
 
 /// Number of bytes of a file that are examined for the meaning of its stamps.
 const HEAD: usize = 64 * 1024;
@@ -546,12 +546,50 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> LineContent {
     let frame = console::frame(rest, &mut line.frame);
     let mut what = line.made(frame);
     match &mut what {
-        LineContent::Frame => line.bus = first.strip_suffix(b":").unwrap_or(first),
+        LineContent::Frame => match said(first) {
+            Some(way) => line.frame.dir = line.frame.dir.or(way),
+            None => line.bus = first.strip_suffix(b":").unwrap_or(first),
+        },
         // Two words of prose are not a cut frame: a stamp, a direction or a numbered interface is required.
         LineContent::Unreadable(fail) => fail.end &= stamped || first.iter().any(u8::is_ascii_digit),
         _ => {}
     }
     what
+}
+
+/// Words before a frame that say what it is, and its direction; no interface has such a name.
+const SAID: [(&str, Option<Direction>); 24] = [
+    ("sent", Some(Direction::Tx)),
+    ("send", Some(Direction::Tx)),
+    ("sending", Some(Direction::Tx)),
+    ("out", Some(Direction::Tx)),
+    ("t", Some(Direction::Tx)),
+    ("tx", Some(Direction::Tx)),
+    ("received", Some(Direction::Rx)),
+    ("receive", Some(Direction::Rx)),
+    ("recv", Some(Direction::Rx)),
+    ("in", Some(Direction::Rx)),
+    ("r", Some(Direction::Rx)),
+    ("rx", Some(Direction::Rx)),
+    ("request", None),
+    ("response", None),
+    ("answer", None),
+    ("reply", None),
+    ("client", None),
+    ("server", None),
+    ("master", None),
+    ("slave", None),
+    ("sdo", None),
+    ("pdo", None),
+    ("emcy", None),
+    ("heartbeat", None),
+];
+
+/// Returns the direction of a word that says what a frame is; `None` for others.
+fn said(word: &[u8]) -> Option<Option<Direction>> {
+    let end = word.iter().rposition(|byte| byte.is_ascii_alphanumeric()).map_or(0, |end| end + 1);
+    let word = word.get(..end)?;
+    SAID.iter().find(|(known, _)| word.eq_ignore_ascii_case(known.as_bytes())).map(|(_, way)| *way)
 }
 
 /// Returns true for a word before an identifier that labels the column and is not an interface.

@@ -26,6 +26,8 @@ pub(super) enum Column {
     Extended,
     /// The channel, counted from this number.
     Channel(u8),
+    /// The number of the row, or the channel if it does not count them.
+    Number,
     Other,
 }
 
@@ -85,6 +87,50 @@ pub(super) const NAMES: &[(&str, Column)] = &[
     ("通道号", Channel(1)),
     ("源通道", Channel(1)),
     ("can通道", Channel(1)),
+    ("timestamps", Time(SECOND)),
+    ("timestampepoch", Time(SECOND)),
+    ("abs time", Time(SECOND)),
+    ("abs. time", Time(SECOND)),
+    ("absolute time", Time(SECOND)),
+    ("relative time", Time(SECOND)),
+    ("rel. time", Time(SECOND)),
+    ("zeit", Time(SECOND)),
+    ("zeitstempel", Time(SECOND)),
+    ("时间戳", Time(SECOND)),
+    ("时间标签", Time(SECOND)),
+    ("接收时间", Time(SECOND)),
+    ("can_id", Id(16)),
+    ("arbitration_id", Id(16)),
+    ("arb id", Id(16)),
+    ("arbid", Id(16)),
+    ("message_id", Id(16)),
+    ("msg id", Id(16)),
+    ("msgid", Id(16)),
+    ("frame id", Id(16)),
+    ("frameid", Id(16)),
+    ("cobid", Id(16)),
+    ("cob id", Id(16)),
+    ("cob_id", Id(16)),
+    ("can identifier", Id(16)),
+    ("id hex", Id(16)),
+    ("报文id", Id(16)),
+    ("标识符", Id(16)),
+    ("databytes", Data),
+    ("data_hex", Data),
+    ("data hex", Data),
+    ("bytes", Data),
+    ("frame data", Data),
+    ("data field", Data),
+    ("daten", Data),
+    ("帧数据", Data),
+    ("数据内容", Data),
+    ("datalength", Length),
+    ("data length", Length),
+    ("system time", Time(SECOND)),
+    ("buschannel", Channel(1)),
+    ("kanal", Channel(1)),
+    ("richtung", Column::Direction),
+    ("länge", Length),
 ];
 
 /// The separator of the cells of a row.
@@ -104,7 +150,7 @@ impl Column {
             Length => "length",
             Data | Self::Byte => "data",
             Attribute | Extended => "format",
-            Channel(_) => "channel",
+            Channel(_) | Self::Number => "channel",
             Other => "-",
         }
     }
@@ -155,6 +201,7 @@ pub(super) fn bare(mut cell: &[u8]) -> &[u8] {
     loop {
         cell = cell.trim_ascii();
         cell = match cell {
+            [b'`', inner @ .., b'`'] => inner,
             [b'=', b'"', inner @ .., b'"'] | [b'"', inner @ .., b'"'] => inner,
             [b'x' | b'X', b'|', inner @ ..] => inner,
             _ => return cell,

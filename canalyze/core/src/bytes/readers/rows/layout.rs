@@ -16,8 +16,10 @@ pub(super) struct RowLayout {
     pub(super) long_length: bool,
     /// The heading named the columns.
     pub(super) named: bool,
-    /// Identifiers and bytes are decimal.
+    /// Bytes are decimal, and identifiers whose heading does not say what they are.
     pub(super) decimal: bool,
+    /// The base of the bytes, if the heading says it.
+    pub(super) base: Option<u32>,
     /// The first numbers count the rows, and name no channel.
     pub(super) counted: bool,
     /// The rows stand inside other text.
@@ -26,8 +28,8 @@ pub(super) struct RowLayout {
 
 /// Reads a line as a heading: it names an identifier and bytes.
 pub(super) fn heading(text: &[u8]) -> Option<RowLayout> {
-    // Each name of an identifier has these letters, and rows mostly begin with a digit.
-    let named = text.windows(2).any(|pair| pair.eq_ignore_ascii_case(b"id"));
+    // Each English name of an identifier has these letters, and rows mostly begin with a digit.
+    let named = text.windows(2).any(|pair| pair.eq_ignore_ascii_case(b"id")) || !text.is_ascii();
     if !named || text.first().is_some_and(u8::is_ascii_digit) {
         return None;
     }
@@ -49,31 +51,50 @@ pub(super) fn heading(text: &[u8]) -> Option<RowLayout> {
             // Wireshark's length is that of the captured record.
             columns.iter_mut().filter(|column| **column == Length).for_each(|column| *column = Other);
         }
+        let mut timed = false;
+        for column in columns.iter_mut().filter(|column| matches!(column, Time(_))) {
+            // The first of several counts from the begin, or is that of the day; others may be gaps.
+            if std::mem::replace(&mut timed, true) {
+                *column = Other;
+            }
+        }
+        // The code of the length is not the length of a long frame.
+        if let Some(last) = columns.iter().rposition(|column| *column == Length) {
+            columns.iter_mut().take(last).filter(|column| **column == Length).for_each(|column| *column = Other);
+        }
         if columns.contains(&Ticks) {
             // The clock of the adapter is finer than that of the system.
             columns.iter_mut().filter(|column| matches!(column, Time(_))).for_each(|column| *column = Other);
         }
-        Some(RowLayout { separator, columns, named: true, ..RowLayout::new(separator) })
+        let base = columns.iter().zip(&names).find(|(column, _)| matches!(column, Data | Column::Byte));
+        let said = base.map_or(String::new(), |(_, name)| String::from_utf8_lossy(name).to_lowercase());
+        let base = [("hex", 16), ("dec", 10)].iter().find(|(word, _)| said.contains(word)).map(|(_, base)| *base);
+        Some(RowLayout { separator, columns, named: true, base, ..RowLayout::new(separator) })
     })
 }
 
 impl RowLayout {
     pub(super) fn new(separator: Separator) -> Self {
-        let (filled, long_length, named, decimal, counted, prose) = Default::default();
-        Self { separator, columns: Vec::new(), filled, long_length, named, decimal, counted, prose }
+        let (filled, long_length, named, decimal, base, counted, prose) = Default::default();
+        Self { separator, columns: Vec::new(), filled, long_length, named, decimal, base, counted, prose }
     }
 
     /// Reads a row below a heading, whose length may not be that of its bytes.
     pub(super) fn read<'a>(&self, text: &'a [u8]) -> Option<Row<'a>> {
-        let mut row = Row { decimal: self.decimal, ..Row::default() };
+        let mut row = Row { decimal: self.decimal, told: self.base.is_some(), ..Row::default() };
         let found = cells(text, self.separator);
         let mut rest = found.iter().copied().peekable();
         for column in &self.columns {
             match (column, self.separator) {
                 (Data, Separator::Blanks) => {
                     let wanted = row.length.unwrap_or(CLASSIC);
+                    let decimal = row.decimal;
                     while row.count < wanted
-                        && let Some(cell) = rest.next_if(|cell| cell.len().is_multiple_of(2) && is_hex(cell))
+                        && let Some(cell) = rest.next_if(|cell| {
+                            let fits =
+                                if decimal { cell.len() <= 3 } else { cell.len() == 1 || cell.len().is_multiple_of(2) };
+                            fits && is_hex(cell)
+                        })
                     {
                         row.bytes(cell)?;
                     }
@@ -95,7 +116,7 @@ impl RowLayout {
 
     /// Completes the layout of a heading by the rows below it.
     pub(super) fn completed(self, texts: &[&[u8]]) -> Self {
-        let decimal = self.separator != Separator::Blanks && self.is_decimal(texts);
+        let decimal = self.base.map_or_else(|| self.is_decimal(texts), |base| base == 10);
         let layout = Self { decimal, ..self };
         let small = |text: &&[u8]| layout.read(text).is_none_or(|row| row.id.is_some_and(|(id, _)| id <= 0x7FF));
         Self { filled: texts.iter().all(small), ..layout }

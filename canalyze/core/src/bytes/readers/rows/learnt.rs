@@ -6,7 +6,12 @@ use super::layout::RowLayout;
 use super::prose;
 use super::row::{Row, direction, identifier, length};
 use super::times::{number, time};
-use crate::bytes::readers::candump::lex::is_hex;
+use crate::bytes::readers::candump::lex::{is_blank, is_hex};
+
+/// Number of identifiers that rise by one from which on they count something.
+const COUNTED: usize = 5;
+/// Number of identifiers in order from which on they are those of a table.
+const SORTED: usize = 20;
 
 impl RowLayout {
     /// Returns true if a line is a row of this layout.
@@ -50,6 +55,14 @@ pub(super) fn guess(text: &[u8], long_length: bool) -> Option<(RowLayout, Row<'_
     let sign = [b';', b','].into_iter().find(|sign| text.contains(sign));
     let separator = sign.map_or(Separator::Blanks, Separator::Byte);
     let mut words = cells(text, separator);
+    if matches!(separator, Separator::Byte(_)) && words.last().is_some_and(|last| last.is_empty()) {
+        words.pop();
+    }
+    if let (Separator::Byte(_), Some(last)) = (separator, words.last().copied().filter(|last| last.contains(&b' '))) {
+        // All bytes are in the last cell.
+        words.pop();
+        words.extend(last.split(|byte| is_blank(*byte)).filter(|word| !word.is_empty()));
+    }
     let mut tail = Vec::new();
     while let Some(column) = words.last().and_then(|word| trailing(word)) {
         tail.insert(0, (column, words.pop()?));
@@ -58,9 +71,15 @@ pub(super) fn guess(text: &[u8], long_length: bool) -> Option<(RowLayout, Row<'_
     let mut begin = words.len() - run;
     let mut row = Row::default();
     let mut columns = Vec::new();
-    let head = words.get(..begin)?;
+    let mut head = words.get(..begin)?;
+    let (mut rtr, before) = (false, head.split_last());
+    if let Some((word, before)) = before.filter(|_| run == 0)
+        && matches!(*word, b"RTR" | b"rtr" | b"Remote" | b"remote")
+    {
+        (head, rtr) = (before, true);
+    }
     // The length is the last word before the bytes, or the first of them.
-    let remote = run == 0 && head.iter().any(|word| matches!(*word, b"r" | b"R" | b"RTR"));
+    let remote = rtr || run == 0 && head.iter().any(|word| matches!(*word, b"r" | b"RTR"));
     let listed = head.last().and_then(|word| length(word)).filter(|length| *length == run || remote);
     let (head, length) = match listed {
         Some(length) => (head.get(..head.len() - 1)?, Some(length)),
@@ -87,7 +106,8 @@ pub(super) fn guess(text: &[u8], long_length: bool) -> Option<(RowLayout, Row<'_
         row.length = length;
     }
     columns.push(Data);
-    for word in words.get(begin..)? {
+    row.remote |= rtr;
+    for word in words.get(begin..)?.iter().filter(|_| !rtr) {
         row.bytes(word)?;
     }
     for (column, word) in tail {
@@ -116,11 +136,9 @@ fn leading(word: &[u8], number: usize) -> Option<Column> {
     }
     match word {
         b"CAN" | b"can" => Some(Other),
-        b"d" | b"D" | b"r" | b"R" | b"s" | b"S" | b"x" | b"X" | b"Std" | b"Ext" | b"STD" | b"EXT" | b"RTR" => {
-            Some(Attribute)
-        }
+        b"d" | b"D" | b"r" | b"s" | b"S" | b"x" | b"X" | b"Std" | b"Ext" | b"STD" | b"EXT" | b"RTR" => Some(Attribute),
         // The first number of a row may count the rows.
-        _ if number == 0 && word.len() > 2 && word.iter().all(u8::is_ascii_digit) => Some(Other),
+        _ if number == 0 && word.iter().all(u8::is_ascii_digit) => Some(Column::Number),
         _ if word.len() <= 2 && word.iter().all(u8::is_ascii_digit) => Some(Channel(1)),
         _ => {
             let name = word.strip_prefix(b"v").unwrap_or(word);
@@ -149,12 +167,16 @@ fn agreed(rows: &[(RowLayout, Row<'_>)]) -> Option<RowLayout> {
     }
     let (layout, _) = rows.iter().find(|(_, row)| row.count > 0 || row.length.is_some())?;
     let small = rows.iter().all(|(_, row)| row.id.is_some_and(|(id, _)| id <= 0x7FF));
-    // Numbers that rise by one from row to row count the rows.
+    // Numbers that rise from row to row count the rows.
     let channels: Vec<u32> = rows.iter().filter_map(|(_, row)| number(row.channel, 10)).collect();
-    let rising = channels.len() > 1
-        && channels.iter().zip(channels.iter().skip(1)).all(|(one, next)| one.checked_add(1) == Some(*next));
-    let counted = rising || channels.iter().any(|channel| *channel > 8);
-    Some(RowLayout { filled: small, counted, ..layout.clone() })
+    let pairs = || channels.iter().zip(channels.iter().skip(1));
+    let rising = channels.len() > 1 && pairs().all(|(one, next)| one.checked_add(1) == Some(*next));
+    // Those of a listing that was filtered rise, too.
+    let filtered = channels.len() > 2 && pairs().all(|(one, next)| one < next);
+    let counted = rising || filtered || channels.iter().any(|channel| *channel > 8);
+    let digits = rows.first().and_then(|(_, row)| row.id).map_or(0, |(_, digits)| digits);
+    let filled = small || digits > 4 && rows.iter().all(|(_, row)| row.id.is_some_and(|(_, count)| count == digits));
+    Some(RowLayout { filled, counted, ..layout.clone() })
 }
 
 /// Returns true if a line is an identifier alone, as of a SYNC without data.
@@ -162,10 +184,17 @@ pub(super) fn is_alone(text: &[u8]) -> bool {
     matches!(text.len(), 1..=3) && is_hex(text) && text.iter().any(u8::is_ascii_digit)
 }
 
-/// Returns true if each identifier is that of the row before plus the number of its bytes, as in a dump of memory.
+/// Returns true if each identifier is that of the row before plus the number of its bytes, as in a dump of memory, or if many
+/// are in order, as in a table.
 fn rises_by_length(rows: &[(RowLayout, Row<'_>)]) -> bool {
     let ids: Vec<(u32, usize)> = rows.iter().filter_map(|(_, row)| Some((row.id?.0, row.count))).collect();
-    let pairs = ids.iter().zip(ids.iter().skip(1));
+    let pairs = || ids.iter().zip(ids.iter().skip(1));
+    let one = ids.len() > COUNTED && pairs().all(|((id, _), (next, _))| id.checked_add(1) == Some(*next));
+    if one || ids.len() > SORTED && pairs().all(|((id, _), (next, _))| id < next) {
+        return true;
+    }
     ids.len() > 1
-        && pairs.into_iter().all(|((id, count), (next, _))| *count > 0 && id.checked_add(*count as u32) == Some(*next))
+        && pairs()
+            .into_iter()
+            .all(|((id, count), (next, _))| *count > 0 && id.checked_add(*count as u32) == Some(*next))
 }

@@ -34,6 +34,7 @@ fn printed(text: &[u8]) -> Option<Row<'_>> {
         match word {
             b"S" | b"X" if !data => row.extended = Some(word == b"X"),
             b"R" if !data => row.remote = true,
+            b"E" if !data => row.error = true,
             b"F" if !data => row.fd = Some(row.fd.unwrap_or_default()),
             b"BS" if !data => row.fd = row.fd.map(|(_, esi)| (true, esi)),
             b"EI" if !data => row.fd = row.fd.map(|(brs, _)| (brs, true)),

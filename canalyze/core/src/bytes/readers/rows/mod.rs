@@ -13,6 +13,8 @@ mod prose;
 mod row;
 mod times;
 
+use std::borrow::Cow;
+
 use self::columns::Column::Other;
 use self::layout::{RowLayout, heading};
 use self::learnt::{guess, learn};
@@ -80,12 +82,21 @@ impl Rows {
         Contents { dialect, ..Contents::default() }
     }
 
+    /// Takes a line, or several that only their form parts: with a carriage return, or as socketcand writes them.
     fn line(&mut self, text: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        let text = stripped(text);
+        for part in parts(text) {
+            self.part(part, buses, sink);
+        }
+    }
+
+    fn part(&mut self, text: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let plain = uncoloured(text);
+        let text = stripped(&plain);
         if text.is_empty() || text.first() == Some(&b'#') {
             return;
         }
         if let Some(row) = self_describing(text) {
+            self.decide(buses, sink);
             return self.give(&row, self.lines, false, buses, sink);
         }
         if let Some(layout) = heading(text) {
@@ -125,11 +136,16 @@ impl Rows {
     fn row(&self, text: &[u8], line: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let Some(layout) = &self.layout else { return };
         let found = if layout.named { layout.read(text) } else { layout.reads_again(text) };
-        match found {
+        // Rows of another form may stand among them.
+        let other =
+            || prose::guess(text, false).map(|(_, row)| row).filter(|row| !layout.named && row.length.is_some());
+        match found.or_else(other) {
             Some(row) if row.whole().is_some() => self.give(&row, line, layout.filled, buses, sink),
             Some(_) if layout.is_meant(text) => sink(unreadable(line, Unreadable::Data), buses),
             // As many cells as a row has, and an identifier: it was meant as one.
-            None if layout.is_meant(text) => sink(unreadable(line, Unreadable::NoFrame), buses),
+            None if layout.is_meant(text) || prose::is_meant(text) => {
+                sink(unreadable(line, Unreadable::NoFrame), buses)
+            }
             _ => {}
         }
     }
@@ -144,7 +160,10 @@ impl Rows {
         };
         let mut frame = Frame::classic(id, &[]);
         (frame.data, frame.len) = (row.data, row.count as u8);
-        if row.remote {
+        if row.error {
+            // The classes of SocketCAN, if it has them.
+            (frame.id, frame.kind) = (CanId::extended(value & 0x1FFF_FFFF), Kind::Error);
+        } else if row.remote {
             (frame.kind, frame.len) = (Kind::Remote, row.length.unwrap_or(0).min(CLASSIC) as u8);
         } else if row.fd.is_some() || row.count > CLASSIC {
             let (brs, esi) = row.fd.unwrap_or_default();
@@ -157,15 +176,44 @@ impl Rows {
     }
 }
 
+/// Iterates over the parts of a line: behind each carriage return, and each frame of socketcand, a line begins.
+fn parts(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let text = text.trim_ascii();
+    let end = if text.starts_with(b"< ") && text.ends_with(b" >") { b'>' } else { b'\r' };
+    text.split_inclusive(move |byte| *byte == end).map(move |part| part.strip_suffix(b"\r").unwrap_or(part))
+}
+
 /// Returns true if a line of text is a heading or a row that only this reader reads; `alone`: whatever its columns.
 pub(in crate::bytes::readers) fn is_row(text: &[u8], alone: bool) -> bool {
-    let text = stripped(text);
+    parts(text).any(|part| is_row_alone(part, alone))
+}
+
+fn is_row_alone(text: &[u8], alone: bool) -> bool {
+    let plain = uncoloured(text);
+    let text = stripped(&plain);
     let shows = |(layout, row): &(RowLayout, Row<'_>)| layout.is_evident(row);
     heading(text).is_some()
         || self_describing(text).is_some()
         || alone
             && (guess(text, true).or_else(|| guess(text, false)).is_some_and(|found| shows(&found))
                 || prose::guess(text, false).is_some_and(|found| shows(&found)))
+}
+
+/// Returns a line without what colours it on a terminal.
+fn uncoloured(text: &[u8]) -> Cow<'_, [u8]> {
+    if memchr::memchr(0x1B, text).is_none() {
+        return Cow::Borrowed(text);
+    }
+    let mut plain = Vec::new();
+    let mut rest = text;
+    while let Some(place) = memchr::memchr(0x1B, rest) {
+        let (before, coloured) = rest.split_at_checked(place).unwrap_or((rest, &[]));
+        plain.extend_from_slice(before);
+        let end = memchr::memchr(b'm', coloured).map_or(coloured.len(), |end| end + 1);
+        rest = coloured.get(end..).unwrap_or_default();
+    }
+    plain.extend_from_slice(rest);
+    Cow::Owned(plain)
 }
 
 fn unreadable(line: u64, reason: Unreadable) -> Item {

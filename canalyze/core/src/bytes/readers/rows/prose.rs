@@ -16,9 +16,13 @@ use crate::bytes::readers::candump::lex::{is_blank, is_hex};
 /// Maximum number of words of a line.
 const WORDS: usize = 96;
 /// Maximum number of words from the identifier to the bytes.
-const BETWEEN: usize = 5;
+const BETWEEN: usize = 9;
 /// Words before an identifier.
-const LABELS: [&str; 9] = ["id", "can-id", "can_id", "canid", "cob-id", "cobid", "std", "ext", "xtd"];
+const LABELS: [&str; 12] =
+    ["id", "can-id", "can_id", "canid", "cob-id", "cobid", "cob_id", "arbitration_id", "std", "ext", "xtd", "std id"];
+
+/// Labels of a length.
+const LENGTHS: [&str; 5] = ["dlc", "len", "length", "dl", "size"];
 
 /// A word without its label and the signs around it.
 #[derive(Clone, Copy, Debug)]
@@ -35,30 +39,56 @@ struct Word<'a> {
 }
 
 fn words(line: &[u8]) -> Vec<Word<'_>> {
-    let between = |byte: &u8| is_blank(*byte) || matches!(byte, b'"' | b';' | b'|');
-    let mut begin = 0;
     let mut all = Vec::new();
-    for piece in line.split(between) {
-        let place = begin;
-        begin += piece.len() + 1;
-        let opening = piece.iter().take_while(|byte| matches!(byte, b'[' | b'(' | b'{')).count();
+    let mut begin = 0;
+    for (place, byte) in line.iter().chain(b" ").enumerate() {
+        let (before, after) = (place.checked_sub(1).and_then(|place| line.get(place)), line.get(place + 1));
+        let digits = before.is_some_and(u8::is_ascii_digit) && after.is_some_and(u8::is_ascii_digit);
+        let piece = line.get(begin..place).unwrap_or_default();
+        // A comma may be that of a number, as behind a time of day.
+        let comma = *byte == b',' && !(digits && piece.contains(&b':'));
+        if !(is_blank(*byte) || matches!(byte, b'"' | b';' | b'|' | b'`' | b'\'') || comma) {
+            continue;
+        }
+        let opening = piece.iter().take_while(|byte| is_opening(**byte)).count();
         let inner = piece.get(opening..).unwrap_or_default();
         let closing =
             inner.iter().rev().take_while(|byte| matches!(byte, b']' | b')' | b'}' | b',' | b':' | b'.')).count();
         let whole = inner.get(..inner.len() - closing).unwrap_or_default();
-        let text = whole.rsplit(|byte| *byte == b'=').next().unwrap_or(whole);
+        let label = label(whole);
+        let mut text = whole.get(label..).unwrap_or_default();
+        while let [first, rest @ ..] = text
+            && is_opening(*first)
+        {
+            text = rest;
+        }
         if !text.is_empty() && all.len() < WORDS {
             all.push(Word {
                 text,
                 whole,
-                begin: place + opening,
-                labelled: text.len() < whole.len(),
+                begin: begin + opening + whole.len() - text.len(),
+                labelled: label > 0,
                 bracketed: opening > 0 && closing > 0,
                 colon: piece.ends_with(b":"),
             });
         }
+        begin = place + 1;
     }
     all
+}
+
+fn is_opening(byte: u8) -> bool {
+    matches!(byte, b'[' | b'(' | b'{')
+}
+
+/// Returns the length of a label before a word: `id=`, `ID:`, letters before an equals sign or a colon.
+fn label(word: &[u8]) -> usize {
+    let sign = word.iter().position(|byte| matches!(byte, b'=' | b':')).unwrap_or(0);
+    let letters = word.get(..sign).unwrap_or_default();
+    let named = letters
+        .iter()
+        .all(|byte| byte.is_ascii_alphabetic() || *byte >= 0x80 || matches!(byte, b'-' | b'_' | b'.' | b'('));
+    if sign > 0 && sign + 1 < word.len() && named { sign + 1 } else { 0 }
 }
 
 /// Reads a row inside other text; `known`: others of its form are rows, so that it may have no bytes.
@@ -67,7 +97,12 @@ pub(super) fn guess(line: &[u8], known: bool) -> Option<(RowLayout, Row<'_>)> {
         return None;
     }
     let words = words(line);
-    let (place, mut row) = (0..words.len()).find_map(|place| Some((place, found(&words, place, known)?)))?;
+    let rows: Vec<(usize, Row<'_>)> =
+        (0..words.len()).filter_map(|place| Some((place, found(&words, place, known)?))).collect();
+    // A label or a listed length tells the identifier from other numbers, as the last one before it.
+    let named = |(place, _): &&(usize, Row<'_>)| words.get(*place).is_some_and(|word| is_named(word, *place, &words));
+    let sized = || rows.iter().rev().find(|(_, row)| row.length.is_some());
+    let (place, mut row) = *rows.iter().find(named).or_else(sized).or(rows.first())?;
     let head = words.get(..place)?;
     let mut columns = Vec::new();
     if let Some(cell) = stamp(line, head) {
@@ -78,7 +113,21 @@ pub(super) fn guess(line: &[u8], known: bool) -> Option<(RowLayout, Row<'_>)> {
         row.take(Channel(1), bus.text)?;
         columns.push(Channel(1));
     }
-    row.direction = row.direction.or_else(|| head.iter().rev().find_map(|word| side(word.text)));
+    let label = head.last().map_or(b"".as_slice(), |word| word.whole);
+    if row.extended.is_none() && (label.eq_ignore_ascii_case(b"std") || label.eq_ignore_ascii_case(b"xtd")) {
+        row.extended = Some(label.eq_ignore_ascii_case(b"xtd"));
+    }
+    let own = words.get(place).and_then(|word| word.whole.split(|byte| matches!(byte, b':' | b'=')).next());
+    row.direction = row.direction.or_else(|| own.and_then(side)).or_else(|| {
+        // An arrow points at the identifier, or it stands between something else.
+        let arrow = |place: usize| head.get(place + 1..).is_some_and(<[Word<'_>]>::is_empty);
+        let timed = |place: usize| {
+            place.checked_sub(1).and_then(|place| head.get(place)).is_some_and(|word| is_time(word.text))
+        };
+        let mut sides = head.iter().enumerate().rev().filter_map(|(place, word)| Some((place, word, side(word.text)?)));
+        let alone = |word: &Word<'_>| word.text.iter().all(u8::is_ascii_punctuation);
+        sides.find(|(place, word, _)| !alone(word) || arrow(*place) && !timed(*place)).map(|(.., side)| side)
+    });
     columns.extend(row.direction.map(|_| Column::Direction));
     columns.push(Id(16));
     columns.extend(row.length.map(|_| Length));
@@ -113,18 +162,41 @@ fn found<'a>(words: &[Word<'a>], place: usize, known: bool) -> Option<Row<'a>> {
     for at in place + 1..=place + BETWEEN {
         let (next, rest) = words.get(at..)?.split_first()?;
         // A zero alone is one of many numbers.
+        let label = at.checked_sub(1).and_then(|before| words.get(before)).filter(|word| is_label(word));
+        if label.is_some_and(|label| {
+            at > place + 1 && !LENGTHS.iter().any(|known| label.text.eq_ignore_ascii_case(known.as_bytes()))
+        }) && next.text.iter().all(u8::is_ascii_digit)
+            && !is_byte(next.text)
+        {
+            // The value of a label that says something else.
+            continue;
+        }
         let length = length(next.text).filter(|count| *count > 0 || known || next.bracketed || next.labelled);
+        // Between the length and the bytes may be a label.
+        let rest = match rest {
+            [word, behind @ ..] if length.is_some() && is_label(word) => behind,
+            _ => rest,
+        };
+        // The code of the length and the length may be listed.
+        let rest = match rest {
+            [word, behind @ ..] if length.is_some() && word.text == next.text => behind,
+            _ => rest,
+        };
+        if length.is_some() && rest.first().is_some_and(|word| matches!(word.text, b"RTR" | b"rtr" | b"remote")) {
+            (row.length, row.remote) = (length, true);
+            return Some(row).filter(|_| marked || known);
+        }
         let listed = length.and_then(|count| Some((count, bytes(rest, Some(count))?)));
         let count = match listed {
             Some((count, used)) => {
                 row.length = Some(count);
-                rest.get(..used)?.iter().try_for_each(|word| row.bytes(word.text))?;
+                rest.get(..used)?.iter().try_for_each(|word| row.bytes(pure(word.text)))?;
                 return Some(row).filter(|row| marked || known || next.bracketed || is_service(row));
             }
             None => bytes(words.get(at..)?, None),
         };
         if let Some(used) = count {
-            words.get(at..at + used)?.iter().try_for_each(|word| row.bytes(word.text))?;
+            words.get(at..at + used)?.iter().try_for_each(|word| row.bytes(pure(word.text)))?;
             return Some(row).filter(|row| marked || is_service(row));
         }
         match side(next.text) {
@@ -135,6 +207,11 @@ fn found<'a>(words: &[Word<'a>], place: usize, known: bool) -> Option<Row<'a>> {
         }
     }
     None
+}
+
+/// Returns true for letters with a colon behind them.
+fn is_label(word: &Word<'_>) -> bool {
+    word.colon && word.text.iter().all(u8::is_ascii_alphabetic)
 }
 
 /// Reads a frame as cansend takes it: `60A#4008100000000000`.
@@ -157,37 +234,56 @@ fn as_sent(text: &[u8]) -> Option<Row<'_>> {
 /// the row. They are words of two digits, or one word.
 fn bytes(words: &[Word<'_>], listed: Option<usize>) -> Option<usize> {
     let run = words.iter().take_while(|word| is_byte(word.text)).count();
-    let joined = words.first().map(|word| word.text).filter(|word| {
-        let digit = word.iter().any(u8::is_ascii_digit);
-        (4..=2 * CLASSIC).contains(&word.len()) && word.len().is_multiple_of(2) && is_hex(word) && digit
+    let joined = words.first().map(|word| pure(word.text)).filter(|digits| {
+        let digit = digits.iter().any(u8::is_ascii_digit);
+        (4..=2 * CLASSIC).contains(&digits.len()) && digits.len().is_multiple_of(2) && is_hex(digits) && digit
     });
     match (listed, joined) {
         (Some(count), Some(word)) if word.len() == 2 * count => Some(1),
         (Some(count), _) => (run == count).then_some(run),
-        (None, Some(_)) if is_end(words.get(1)) => Some(1),
-        (None, _) => ((1..=CLASSIC).contains(&run) && is_end(words.get(run))).then_some(run),
+        // A long number with a prefix may be any.
+        (None, Some(digits)) if is_end(words.get(1..), digits.len() / 2) => {
+            (digits.len() == 2 * CLASSIC || words.first().is_some_and(|word| word.text == digits)).then_some(1)
+        }
+        (None, _) => ((1..=CLASSIC).contains(&run) && is_end(words.get(run..), run)).then_some(run),
     }
 }
 
-/// Returns true if a row ends before a word: there is none, or a remark follows.
-fn is_end(word: Option<&Word<'_>>) -> bool {
-    word.is_none_or(|word| word.text.starts_with(b"#") || word.text.starts_with(b"//") || word.text.starts_with(b"--"))
+/// Returns true if a row ends before words: there are none, a remark follows, the bytes as text, or no more bytes fit.
+fn is_end(rest: Option<&[Word<'_>]>, count: usize) -> bool {
+    let Some((first, others)) = rest.and_then(<[Word<'_>]>::split_first) else { return true };
+    let remark = first.text.starts_with(b"#") || first.text.starts_with(b"//") || first.text.starts_with(b"--");
+    remark || count == CLASSIC && !is_byte(first.text) || others.is_empty() && first.whole.len() == count && count > 2
 }
 
-/// Returns true for a byte: two digits, with or without `0x`.
+/// Returns the digits of a word without `0x` before them or `h` behind them.
+fn pure(word: &[u8]) -> &[u8] {
+    let digits = word.strip_prefix(b"0x").or_else(|| word.strip_prefix(b"0X")).unwrap_or(word);
+    digits.strip_suffix(b"h").or_else(|| digits.strip_suffix(b"H")).unwrap_or(digits)
+}
+
+/// Returns true for a byte: two digits, with or without `0x` or `h`.
 fn is_byte(word: &[u8]) -> bool {
-    let digits = word.strip_prefix(b"0x").unwrap_or(word);
-    digits.len() == 2 && is_hex(digits)
+    let digits = pure(word);
+    (digits.len() == 2 || digits.len() == 1 && word.starts_with(b"0x")) && is_hex(digits)
+}
+
+/// Returns true if an identifier has a label.
+fn is_named(word: &Word<'_>, place: usize, words: &[Word<'_>]) -> bool {
+    let label = |label: &[u8]| {
+        let label = label.strip_suffix(b"=").or_else(|| label.strip_suffix(b":")).unwrap_or(label);
+        LABELS.iter().any(|known| label.eq_ignore_ascii_case(known.as_bytes()))
+    };
+    let before = place.checked_sub(1).and_then(|place| words.get(place));
+    let own = word.whole.get(..word.whole.len() - word.text.len()).unwrap_or_default();
+    label(own) || before.is_some_and(|before| label(before.whole))
 }
 
 /// Returns true if the word at a place is marked as an identifier.
 fn is_marked(words: &[Word<'_>], place: usize) -> bool {
     let Some(word) = words.get(place).filter(|word| identifier(word.text)) else { return false };
     let before = place.checked_sub(1).and_then(|place| words.get(place));
-    let named = before.is_some_and(|before| {
-        let label = LABELS.iter().any(|label| before.whole.eq_ignore_ascii_case(label.as_bytes()));
-        is_bus(before.text) || label
-    });
+    let named = is_named(word, place, words) || before.is_some_and(|before| is_bus(before.text));
     let form = word.text.starts_with(b"0x") || word.text.starts_with(b"0X") || matches!(word.text, [.., b'h' | b'H']);
     form || word.colon || word.labelled || named
 }
@@ -197,15 +293,37 @@ fn is_service(row: &Row<'_>) -> bool {
     RowLayout::new(Separator::Blanks).is_evident(row)
 }
 
-/// Returns the time in the words before an identifier, with the date before it.
+/// Returns true for a time of day, or a number with a point.
+fn is_time(word: &[u8]) -> bool {
+    word.iter().any(|byte| matches!(byte, b'.' | b':')) && time(word, SECOND).is_some()
+}
+
+/// Returns the time in the words before an identifier, with the date before it and the half of the day behind it: a
+/// number of seconds since 1970, else the first time of day, else a number at the begin of the line or in brackets.
 fn stamp<'a>(line: &'a [u8], head: &[Word<'a>]) -> Option<&'a [u8]> {
-    let timed =
-        |word: &Word<'_>| word.text.iter().any(|byte| matches!(byte, b'.' | b':')) && time(word.text, SECOND).is_some();
-    let at = head.iter().rposition(timed)?;
+    let labelled = |word: &Word<'_>| {
+        let label = word.whole.get(..word.whole.len() - word.text.len()).unwrap_or_default();
+        word.labelled && !matches!(label.first(), Some(b't' | b'T'))
+    };
+    let is = |of: &dyn Fn(usize, &Word<'_>) -> bool| {
+        head.iter().enumerate().position(|(place, word)| is_time(word.text) && !labelled(word) && of(place, word))
+    };
+    let epoch = |_: usize, word: &Word<'_>| word.text.iter().position(|byte| *byte == b'.') == Some(10);
+    let of_day = |_: usize, word: &Word<'_>| word.text.contains(&b':');
+    let number = |place: usize, word: &Word<'_>| place == 0 || word.bracketed || word.labelled;
+    // A number of the row may be before it.
+    let second = |place: usize, _: &Word<'_>| {
+        place == 1 && head.first().is_some_and(|word| word.text.iter().all(u8::is_ascii_digit))
+    };
+    let at = is(&epoch).or_else(|| is(&of_day)).or_else(|| is(&number)).or_else(|| is(&second))?;
     let word = head.get(at)?;
-    let date = at.checked_sub(1).and_then(|before| head.get(before));
-    let both = date.and_then(|date| line.get(date.begin..word.begin + word.text.len()));
-    both.filter(|both| time(both, SECOND).is_some()).or(Some(word.text))
+    let (from, to) = (word.begin, word.begin + word.text.len());
+    let date = at.checked_sub(1).and_then(|before| head.get(before)).map_or(from, |date| date.begin);
+    let half = head.get(at + 1).filter(|half| matches!(half.text, b"AM" | b"PM" | b"am" | b"pm"));
+    let end = half.map_or(to, |half| half.begin + half.text.len());
+    let spans = [(date, end), (from, end), (date, to)];
+    let mut longer = spans.iter().filter_map(|(from, to)| line.get(*from..*to));
+    longer.find(|cell| time(cell, SECOND).is_some()).or(Some(word.text))
 }
 
 /// Returns the direction that a word says.

@@ -1,7 +1,7 @@
 //! One row: what its cells say of a frame.
 
 use super::columns::Column::{self, Attribute, Channel, Data, Extended, Id, Length, Other, Ticks, Time};
-use super::columns::{MILLISECOND, SECOND};
+use super::columns::{MICROSECOND, MILLISECOND, SECOND};
 use super::times::{number, time};
 use crate::bytes::frame::{Direction, Stamp, StampForm};
 use crate::bytes::readers::candump::lex::{byte, is_blank, is_hex, nibble};
@@ -23,13 +23,15 @@ pub(super) struct Row<'a> {
     pub(super) count: usize,
     pub(super) extended: Option<bool>,
     pub(super) remote: bool,
+    pub(super) error: bool,
     /// CAN FD: bit rate switch, error state indicator.
     pub(super) fd: Option<(bool, bool)>,
     /// The channel as written, and the number of the first one.
     pub(super) channel: &'a [u8],
     pub(super) first: u8,
-    /// Identifiers and bytes are decimal.
+    /// Bytes are decimal, and identifiers unless the heading says what each is.
     pub(super) decimal: bool,
+    pub(super) told: bool,
 }
 
 impl Default for Row<'_> {
@@ -43,10 +45,12 @@ impl Default for Row<'_> {
             count: 0,
             extended: None,
             remote: false,
+            error: false,
             fd: None,
             channel: b"",
             first: 0,
             decimal: false,
+            told: false,
         }
     }
 }
@@ -56,6 +60,8 @@ impl<'a> Row<'a> {
     pub(super) fn take(&mut self, column: Column, cell: &'a [u8]) -> Option<()> {
         match column {
             // A time that cannot be read is none, and the frame is there.
+            // A number with a point is one of seconds, whatever programs count whole ones in.
+            Time(MICROSECOND) if cell.contains(&b'.') => self.stamp = time(cell, SECOND),
             Time(unit) => self.stamp = time(cell, unit),
             Ticks if !cell.starts_with(b"0x") => self.stamp = time(cell, SECOND),
             Ticks => {
@@ -75,15 +81,14 @@ impl<'a> Row<'a> {
                 };
                 self.extended = self.extended.or(extended);
                 let digits = word.strip_prefix(b"0x").or_else(|| word.strip_prefix(b"0X")).unwrap_or(word);
-                let base = if self.decimal { 10 } else { base };
+                let base = if self.decimal && !self.told { 10 } else { base };
                 self.id = Some((number(word, base)?, if base == 16 { digits.len() } else { 0 }));
             }
-            Column::Direction if is_absent(cell) => {}
-            Column::Direction => self.direction = Some(direction(cell)?),
+            Column::Direction => self.direction = direction(cell),
             Length if cell.is_empty() => {}
             Length => self.length = Some(number(cell, 10).filter(|length| *length <= 64)? as usize),
             Data => {
-                let between = |byte: &u8| is_blank(*byte) || matches!(byte, b',' | b'-' | b':');
+                let between = |byte: &u8| is_blank(*byte) || matches!(byte, b',' | b'-' | b':' | b'|');
                 for part in cell.split(between).filter(|part| !part.is_empty()) {
                     self.bytes(part)?;
                 }
@@ -91,7 +96,13 @@ impl<'a> Row<'a> {
             Column::Byte if cell.is_empty() => {}
             Column::Byte => self.bytes(cell)?,
             Attribute => self.attribute(cell),
-            Extended => self.extended = Some(matches!(cell, b"1" | b"x" | b"X") || cell.eq_ignore_ascii_case(b"true")),
+            Extended => {
+                let words: [&[u8]; 3] = [b"true", b"ext", b"extended"];
+                let said = words.iter().any(|word| cell.eq_ignore_ascii_case(word));
+                self.extended = Some(said || matches!(cell, b"1" | b"x" | b"X"));
+            }
+            Column::Number if !self.channel.is_empty() => {}
+            Column::Number => (self.channel, self.first) = (cell, 1),
             Channel(first) => (self.channel, self.first) = (cell, first),
             Other => {}
         }
@@ -125,8 +136,14 @@ impl<'a> Row<'a> {
     fn attribute(&mut self, cell: &[u8]) {
         let word = String::from_utf8_lossy(cell).to_lowercase();
         match word.as_str() {
-            "true" | "ext" | "extended" | "x" | "扩展帧" | "扩展" => self.extended = Some(true),
-            "false" | "std" | "standard" | "s" | "标准帧" | "标准" => self.extended = Some(false),
+            "true" | "ext" | "extended" | "extended frame" | "x" | "扩展帧" | "扩展" => self.extended = Some(true),
+            "false" | "std" | "standard" | "standard frame" | "s" | "标准帧" | "标准" => {
+                self.extended = Some(false)
+            }
+            "can fd frame" | "canfd" | "canfd加速" | "can fd" | "fd" => {
+                self.fd = Some((word.ends_with("加速"), false));
+            }
+            "error" | "error frame" | "errorframe" | "错误帧" | "错误" => self.error = true,
             "远程帧" | "远程" | "remote" | "rtr" | "r" => self.remote = true,
             _ => {}
         }
@@ -134,7 +151,7 @@ impl<'a> Row<'a> {
 
     /// Returns the row if it is one: it has an identifier, and as many bytes as it says.
     pub(super) fn whole(self) -> Option<Self> {
-        let fits = self.length.is_none_or(|length| self.remote || length == self.count);
+        let fits = self.length.is_none_or(|length| self.remote || self.error || length == self.count);
         // Without a listed length many bytes may be a dump of something else.
         let long = self.count <= CLASSIC || LONGER.contains(&self.count) && self.length.is_some();
         (self.id.is_some() && fits && long).then_some(self)
@@ -147,7 +164,8 @@ pub(super) fn length(word: &[u8]) -> Option<usize> {
     let named = word.strip_prefix(b"DLC=").or_else(|| word.strip_prefix(b"DLC:"));
     match inner.or(named).unwrap_or(word) {
         [digit @ b'0'..=b'8'] => Some(usize::from(digit - b'0')),
-        _ => None,
+        // Of CAN FD.
+        digits => LONGER.into_iter().find(|length| number(digits, 10) == Some(*length as u32) && digits.len() == 2),
     }
 }
 
@@ -157,6 +175,7 @@ pub(super) fn identifier(word: &[u8]) -> bool {
     let digits = prefixed.unwrap_or(word);
     let digits = digits.strip_suffix(b":").unwrap_or(digits);
     let digits = digits.strip_suffix(b"h").or_else(|| digits.strip_suffix(b"x")).unwrap_or(digits);
+    let prefixed = prefixed.or((digits.len() < word.len()).then_some(digits));
     let padded = digits.len() == 4 && digits.starts_with(b"0");
     let long = padded || matches!(digits.len(), 3 | 8) || prefixed.is_some() && (1..=8).contains(&digits.len());
     long && is_hex(digits)
@@ -165,17 +184,12 @@ pub(super) fn identifier(word: &[u8]) -> bool {
 /// Parses a direction, seen from the host.
 pub(super) fn direction(word: &[u8]) -> Option<Direction> {
     match word {
-        b"Rx" | b"RX" | b"rx" | b"Receive" => Some(Direction::Rx),
-        b"Tx" | b"TX" | b"tx" | b"Transmit" => Some(Direction::Tx),
+        b"Rx" | b"RX" | b"rx" | b"R" | b"Receive" | b"Received" | b"Recv" => Some(Direction::Rx),
+        b"Tx" | b"TX" | b"tx" | b"T" | b"Transmit" | b"TxRq" | b"Send" | b"Sent" => Some(Direction::Tx),
         _ if word == "接收".as_bytes() => Some(Direction::Rx),
         _ if word == "发送".as_bytes() => Some(Direction::Tx),
         _ => None,
     }
-}
-
-/// Returns true if a cell says that it has no value.
-pub(super) fn is_absent(cell: &[u8]) -> bool {
-    cell.is_empty() || cell == b"-" || cell == "无".as_bytes()
 }
 
 /// Returns the name of the bus of a channel; channels are counted from `first`.

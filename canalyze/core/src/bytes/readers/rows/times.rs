@@ -27,8 +27,22 @@ pub(super) fn time(word: &[u8], unit: i64) -> Option<Stamp> {
     };
     if let Some(place) = word.iter().position(|byte| is_blank(*byte) || *byte == b'T') {
         let (day, rest) = word.split_at_checked(place)?;
+        let (rest, zone_ns) = zone(rest);
         let stamp = time(rest.get(1..)?, unit).filter(|_| rest.contains(&b':'))?;
-        return Some(Stamp { form: StampForm::Calendar, ns: date(day)?.checked_add(stamp.ns)?, ..stamp });
+        return Some(Stamp {
+            form: StampForm::Calendar,
+            ns: date(day)?.checked_add(stamp.ns)?.checked_sub(zone_ns)?,
+            ..stamp
+        });
+    }
+    // Microseconds may follow a comma behind the milliseconds.
+    if let Some((front, [b',', micro @ ..])) = word.split_at_checked(word.len().saturating_sub(4))
+        && front.contains(&b':')
+        && front.contains(&b'.')
+        && let ([a, b, c], Some(stamp)) = (micro, time(front, unit).filter(|stamp| stamp.decimals == 3))
+        && let Some(micro) = number(&[*a, *b, *c], 10)
+    {
+        return Some(Stamp { ns: stamp.ns.checked_add(i64::from(micro) * 1000)?, decimals: 6, ..stamp });
     }
     let mut parts = word.split(|byte| *byte == b':');
     let (first, second, third, fourth) = (parts.next()?, parts.next(), parts.next(), parts.next());
@@ -77,8 +91,31 @@ pub(super) fn time(word: &[u8], unit: i64) -> Option<Stamp> {
     Some(Stamp { form: StampForm::Seconds, ns, width, decimals })
 }
 
-/// Parses a date, `2024-03-12` or `2024/3/12`, as ns since 1970.
+/// Returns a time of day without the time zone behind it, and that in ns.
+fn zone(text: &[u8]) -> (&[u8], i64) {
+    if let Some(text) = text.strip_suffix(b"Z") {
+        return (text, 0);
+    }
+    let place = text.iter().rposition(|byte| matches!(byte, b'+' | b'-')).filter(|place| *place > 5);
+    let Some((time, [sign, offset @ ..])) = place.and_then(|place| text.split_at_checked(place)) else {
+        return (text, 0);
+    };
+    let digits: Vec<u8> = offset.iter().copied().filter(u8::is_ascii_digit).collect();
+    let (hours, minutes) = digits.split_at_checked(2).unwrap_or((&digits, &[]));
+    match (number(hours, 10), number(minutes, 10)) {
+        (Some(hours @ 0..=14), Some(minutes @ 0..=59)) if digits.len() == 4 => {
+            let ns = (i64::from(hours) * 3600 + i64::from(minutes) * 60) * SECOND;
+            (time, if *sign == b'+' { ns } else { -ns })
+        }
+        _ => (text, 0),
+    }
+}
+
+/// Parses a date, `2024-03-12`, `2024/3/12` or `12.03.2024`, as ns since 1970.
 fn date(text: &[u8]) -> Option<i64> {
+    if let [day @ .., b'.', m1, m2, b'.', y1, y2, y3, y4] = text {
+        return date(&[&[*y1, *y2, *y3, *y4, b'-', *m1, *m2, b'-'][..], day].concat());
+    }
     let mut parts = text.split(|byte| matches!(byte, b'-' | b'/'));
     let mut next = || number(parts.next()?, 10).map(i64::from);
     let (year, month, day) = (next()?, next()?, next()?);
