@@ -43,8 +43,9 @@ struct Lone {
 
 #[derive(Debug, Default)]
 struct Guarded {
-    /// Number of requests in the capture.
+    /// Number of requests in the capture, and the first of them.
     requests: u64,
+    first: Option<FrameRef>,
     lone: Option<Lone>,
     /// The last request.
     asked: Option<FrameRef>,
@@ -151,6 +152,7 @@ impl Guarding {
         self.await_request(node, heartbeats, cx);
         let guarded = self.nodes.entry(node);
         guarded.requests += 1;
+        guarded.first.get_or_insert(cx.at);
         guarded.asked = Some(cx.at);
         let recording = &cx.evidence.recording;
         if let Some((frame, toggle, counted)) = guarded.ahead.filter(|(frame, ..)| !recording.is_settled(*frame, cx.at))
@@ -257,7 +259,7 @@ impl Guarding {
         for (_, guarded) in self.nodes.iter_mut() {
             (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
             // It may send heartbeats instead by now.
-            (guarded.toggles, guarded.requests, guarded.unasked) = (false, 0, 0);
+            (guarded.toggles, guarded.requests, guarded.first, guarded.unasked) = (false, 0, None, 0);
             guarded.lone = None;
         }
     }
@@ -295,7 +297,7 @@ impl Guarding {
     pub fn finish(&mut self, nmt: &Nmt, cx: &mut Context<'_>) {
         for (node, guarded) in self.nodes.iter() {
             if guarded.requests > 1 && !nmt.is_present(node) {
-                cx.raise(Grd004::Absent { requests: guarded.requests }, Some(node), None, None);
+                cx.raise(Grd004::Absent { requests: guarded.requests }, Some(node), None, guarded.first);
             }
         }
     }

@@ -4,7 +4,7 @@ use super::incident::{Grade, Incident, Status};
 use super::kinds::IncidentKind;
 use super::sayings::{self as say, Check};
 use crate::checks::pdo::configuration::pdo_parameter;
-use crate::rules::finding::Quantity;
+use crate::rules::finding::{Code, Quantity};
 use crate::sdo::abort_code::AbortCode;
 
 /// The facts of the whole capture that advice depends on.
@@ -88,6 +88,9 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
         IncidentKind::RpdoTimeout => vec![say::PRODUCER],
         IncidentKind::PdoConfiguration if one.object().is_none_or(|mux| pdo_parameter(mux.index).is_none()) => {
             vec![say::EDS]
+        }
+        IncidentKind::PdoNotAllowed if one.findings.iter().any(|cited| cited.code == Code::Pdo002) => {
+            vec![say::PDO_STATE]
         }
         IncidentKind::PdoLength | IncidentKind::PdoConfiguration | IncidentKind::PdoNotAllowed => vec![say::MAPPING],
         IncidentKind::PdoMissing => vec![say::STATE, say::MAPPING],

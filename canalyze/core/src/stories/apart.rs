@@ -162,8 +162,9 @@ fn lost(one: &Incident, ledger: &Ledger) -> Option<Tell> {
 /// Returns the line on the presence of the node; `None` if nothing shows it, or if it was silent at another time.
 fn presence(one: &Incident, ledger: &Ledger) -> Option<Tell> {
     let silent = |other: &Incident| is_loss(other.kind) && other.subject.nodes & one.subject.nodes != 0;
-    if cause(one, ledger).is_some_and(silent) {
-        return Some(GONE);
+    if let Some(cause) = cause(one, ledger).filter(|cause| silent(cause)) {
+        let commanded = matches!(cause.kind, IncidentKind::CommandedReset | IncidentKind::CommandedStop);
+        return Some(if commanded { STOPPED } else { GONE });
     }
     (one.has("heard_meanwhile") && !ledger.told().any(silent)).then_some(PRESENT)
 }

@@ -451,8 +451,9 @@ impl OfBus {
                 let changed = state == OPERATIONAL && (!before || self.nodes.is_waiting(node));
                 if changed {
                     self.nodes.state(node, state, scene!(self, ledger, bus, id, at));
-                    let sign = Sign::of(Ends::Guarded, Some(node));
-                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                    for ends in [Ends::Guarded, Ends::Operational] {
+                        self.found.sign(Sign::of(ends, Some(node)), scene!(self, ledger, bus, id, at));
+                    }
                 }
                 self.alive(node, frame, bus, ledger) || changed
             }

@@ -35,6 +35,8 @@ pub(super) enum Ends {
     Lss,
     /// A boot-up, the state Operational, or a guarding request.
     Guarded,
+    /// The state Operational, or that the PDO is no longer sent.
+    Operational,
 }
 
 /// A rule, its kind of incident, the number of findings from which it counts, and its end.
@@ -88,7 +90,7 @@ pub(super) const SIGNS: &[SignRow] = &[
     (Code::Mpd001, IncidentKind::PdoLength, 1, Ends::Once),
     (Code::Nmt001, IncidentKind::WireError, 1, Ends::Once),
     (Code::Pdo001, IncidentKind::PdoLength, 1, Ends::Length),
-    (Code::Pdo002, IncidentKind::PdoNotAllowed, 1, Ends::Once),
+    (Code::Pdo002, IncidentKind::PdoNotAllowed, 1, Ends::Operational),
     (Code::Pdo004, IncidentKind::InhibitTime, 3, Ends::Once),
     (Code::Pdo005, IncidentKind::PdoMissing, 3, Ends::Pdo),
     (Code::Pdo006, IncidentKind::PdoLength, 1, Ends::Length),
@@ -108,7 +110,7 @@ pub(super) const SIGNS: &[SignRow] = &[
     (Code::Sdo004, IncidentKind::DamagedTransfer, 1, Ends::Transferred),
     (Code::Sdo006, IncidentKind::DamagedTransfer, 1, Ends::Transferred),
     (Code::Sdo007, IncidentKind::DamagedTransfer, 1, Ends::Transferred),
-    (Code::Sdo008, IncidentKind::RequestUnanswered, 1, Ends::Answered),
+    (Code::Sdo008, IncidentKind::DamagedTransfer, 1, Ends::Transferred),
     (Code::Sdo010, IncidentKind::DamagedTransfer, 1, Ends::Transferred),
     (Code::Sdo011, IncidentKind::RequestUnanswered, 1, Ends::Answered),
     (Code::Sdo012, IncidentKind::DamagedTransfer, 1, Ends::Transferred),

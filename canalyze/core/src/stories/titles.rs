@@ -145,13 +145,11 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
             None => Saying::Gap { at }.into(),
         },
         IncidentKind::SyncStopped => Saying::SyncStopped { at }.into(),
-        IncidentKind::PdoMissing | IncidentKind::PdoLength | IncidentKind::PdoNotAllowed => {
-            match (one.kind, one.subject.pdo) {
-                (IncidentKind::PdoMissing, Some(pdo)) => Saying::PdoMissing { pdo, at }.into(),
-                (_, Some(pdo)) => Saying::PdoOf { pdo, at }.into(),
-                _ => Saying::Since { at }.into(),
-            }
-        }
+        IncidentKind::PdoMissing | IncidentKind::PdoLength => match (one.kind, one.subject.pdo) {
+            (IncidentKind::PdoMissing, Some(pdo)) => Saying::PdoMissing { pdo, at }.into(),
+            (_, Some(pdo)) => Saying::PdoOf { pdo, at }.into(),
+            _ => Saying::Since { at }.into(),
+        },
         _ if count > 1 => Saying::Times { at, count }.into(),
         _ => Saying::Since { at }.into(),
     })
@@ -189,7 +187,7 @@ fn untimed(one: &Incident) -> Option<Measured> {
             }
             _ => return None,
         },
-        (IncidentKind::PdoLength | IncidentKind::PdoNotAllowed, ..) => Saying::OfPdo { pdo: one.subject.pdo? }.into(),
+        (IncidentKind::PdoLength, ..) => Saying::OfPdo { pdo: one.subject.pdo? }.into(),
         _ => return None,
     })
 }

@@ -216,6 +216,7 @@ impl Bus {
             let only = (paused.count_ones() == 1).then(|| paused.trailing_zeros() as u8);
             cx.evidence.circumstances.note(circumstance::CircumstanceKind::Pause, only, cx.when);
         }
+        let start = cx.events.len();
         if let Some(step) = happened.step {
             cx.evidence.circumstances.note(circumstance::CircumstanceKind::Gap, None, cx.when);
             if step == ClockStep::NewRecording {
@@ -224,6 +225,7 @@ impl Bus {
                 self.doubt(cx.at.no.saturating_sub(1));
             }
         }
+        let before = cx.events.split_off(start);
         if cx.sighting != Sighting::Duplicate && self.roles.unconfirmed(frame.id).is_none() {
             cx.evidence.services.take(role, frame);
         }
@@ -242,6 +244,10 @@ impl Bus {
             }
             Role::Srdo { number, inverted } if frame.kind == Kind::Data => self.srdo(number, inverted, frame, cx),
             _ => self.message(role, frame, cx),
+        }
+        if !before.is_empty() {
+            let place = (start + 1).min(cx.events.len());
+            cx.events.splice(place..place, before);
         }
         if let Some(now_ns) = frame.t_ns {
             self.rest(now_ns, cx);

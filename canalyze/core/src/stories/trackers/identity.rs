@@ -6,7 +6,7 @@ use crate::bytes::frame::{CanId, Frame, FrameRef, Kind};
 use crate::rules::finding::{Finding, Quantity};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
-use crate::stories::incident::{Incident, Subject};
+use crate::stories::incident::{Incident, Subject, bit};
 use crate::stories::kinds::IncidentKind;
 use crate::stories::ledger::LedgerPlace;
 use crate::stories::scene::Scene;
@@ -36,10 +36,13 @@ pub(in crate::stories) struct Identities {
     /// The frame that may be the response to the open request of a node: the request, the frame and its CAN-ID.
     candidates: BTreeMap<u8, (Mux, FrameRef, FrameRef, CanId)>,
     elsewhere: BTreeMap<u8, LedgerPlace>,
+    /// Nodes that were requested, one bit each; the first response of another server to a node's request.
+    requested: u128,
+    strange: BTreeMap<u8, (CanId, FrameRef, FrameRef)>,
     /// The last response of each node that names an object.
     answers: BTreeMap<u8, (Mux, [u8; 8], FrameRef)>,
     /// Second responses with other data, which may be of another request that is listed late.
-    second: Vec<(u8, FrameRef)>,
+    second: Vec<(u8, u16, FrameRef)>,
     /// The first of those of each node that are known to have no request, and their number.
     doubled: BTreeMap<u8, (FrameRef, u64)>,
 }
@@ -89,6 +92,7 @@ impl Identities {
         if let Some(candidate) = self.candidates.remove(&node) {
             self.elsewhere(node, candidate, scene);
         }
+        self.requested |= bit(node);
         self.asked.insert(node, (mux, frame.reference()));
     }
 
@@ -112,17 +116,19 @@ impl Identities {
         if self.second.len() >= KEPT {
             self.second.remove(0);
         }
-        self.second.push((node, at));
+        self.second.push((node, mux.index, at));
     }
 
     /// Processes the finding that a response has no request: it may be the second one to the same.
     pub(in crate::stories) fn unasked(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let at = finding.at;
-        let Some(place) = self.second.iter().position(|(of, second)| (*of, second.no) == (node, at.no)) else { return };
-        self.second.remove(place);
+        let place = self.second.iter().position(|(of, _, second)| (*of, second.no) == (node, at.no));
+        let Some((_, index, _)) = place.map(|place| self.second.remove(place)) else { return };
         let doubled = self.doubled.entry(node).or_insert((at, 0));
-        doubled.1 += 1;
-        if doubled.1 != DOUBLED {
+        let before = doubled.1;
+        // No device has two identities.
+        doubled.1 += if index == IDENTITY { DOUBLED } else { 1 };
+        if before >= DOUBLED || doubled.1 < DOUBLED {
             return;
         }
         let begin = doubled.0;
@@ -150,8 +156,8 @@ impl Identities {
         let (at, id) = (frame.reference(), frame.id.raw());
         let soon = |asked: FrameRef| at.since(asked).is_none_or(|since| (0..SOON_NS).contains(&since));
         let mut open = self.asked.iter().filter(|(_, (asked, when))| *asked == mux && at.no > when.no && soon(*when));
-        // It may be the response to another node's request, which is listed late.
-        if (0x581..=0x5FF).contains(&id) {
+        // That of a server with a request of its own may be the response to that, listed late.
+        if (0x581..=0x5FF).contains(&id) && self.requested >> (id & 0x7F) & 1 != 0 {
             return;
         }
         if let Some((node, (_, begin))) = open.next() {
@@ -164,12 +170,32 @@ impl Identities {
         for (node, candidate) in std::mem::take(&mut self.candidates) {
             self.elsewhere(node, candidate, scene);
         }
+        // What was answered with another CAN-ID is not unanswered.
+        for (node, place) in &self.elsewhere {
+            let unanswered = scene.ledger.last(scene.id, |one| {
+                let asked = matches!(one.kind, IncidentKind::RequestUnanswered | IncidentKind::NodeAbsent);
+                asked && one.subject.node == Some(*node)
+            });
+            if let Some(unanswered) = unanswered {
+                scene.ledger.merge(unanswered, *place);
+            }
+        }
     }
 
     /// Records a request whose response came with another CAN-ID only.
     fn elsewhere(&mut self, node: u8, found: (Mux, FrameRef, FrameRef, CanId), scene: &mut Scene<'_>) {
-        let (mux, begin, at, id) = found;
+        let (mux, mut begin, mut at, id) = found;
         let known = self.elsewhere.get(&node).copied();
+        if (0x581..=0x5FF).contains(&id.raw()) && known.is_none() {
+            // Of another server two responses show it.
+            if self.requested >> (id.raw() & 0x7F) & 1 != 0 {
+                return;
+            }
+            match self.strange.insert(node, (id, begin, at)) {
+                Some((before, first, then)) if before == id => (begin, at) = (first, then),
+                _ => return,
+            }
+        }
         let kind = IncidentKind::AnswerElsewhere;
         let place = known.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, at));
         let Some((place, one)) = place.and_then(|place| Some((place, scene.ledger.get_mut(place)?))) else { return };

@@ -5,6 +5,7 @@
 use super::AGAIN_NS;
 use crate::bytes::frame::FrameRef;
 use crate::checks::pdo::configuration::pdo_parameter;
+use crate::rules::Measured;
 use crate::rules::finding::{Code, Finding, Quantity};
 use crate::sdo::wire::Mux;
 use crate::stories::incident::{Incident, StepRole, Subject};
@@ -22,6 +23,8 @@ const DOUBLE_NS: i64 = 15_000_000_000;
 const SAME_PERIOD: i64 = 8;
 /// Ratio to its limit from which on a PDO is missing and not late.
 const MISSING: i64 = 5;
+/// Time without a PDO after which it is no longer sent, in ns.
+const NO_LONGER_NS: i64 = 2_000_000_000;
 /// Number of times from which an incident is still open at the end of the capture if the next time is not due yet.
 pub(in crate::stories) const GOES_ON: u64 = 3;
 
@@ -106,7 +109,8 @@ impl RuleIncidents {
         let last = if times(finding, 1) > 1 && finding.at.no > at.no { finding.at } else { at };
         let again = scene.ledger.last(scene.id, |one| {
             let (node, other) = (one.subject.node, one.kind);
-            let same = other == kind && (node, one.subject.pdo) == (subject.node, subject.pdo);
+            let same =
+                other == kind && (node, one.subject.pdo) == (subject.node, subject.pdo) && says_same(one, finding);
             let near =
                 one.end.is_none() || one.ended_within(at, ONE_TRANSFER_NS) || one.began_within(at, ONE_TRANSFER_NS);
             let soon = one.end.is_none() || one.ended_within(at, AGAIN_NS);
@@ -261,6 +265,10 @@ impl RuleIncidents {
             }
             let of_node = sign.node.is_none() || one.subject.node == sign.node;
             let of_pdo = one.subject.pdo.is_none() || one.subject.pdo == sign.pdo;
+            if *ends == Ends::Operational && sign.ends == Ends::Pdo && of_pdo && one.subject.node == sign.node {
+                one.repeats.since = at;
+                return true;
+            }
             let after = at.no > one.noticed.no;
             if *ends == Ends::Written && sign.object.map(Quantity::Object) != one.get("object") {
                 return true;
@@ -296,7 +304,11 @@ impl RuleIncidents {
             let mean = last.since(one.begin).map(|all| all / one.repeats.count.max(2) as i64);
             let rest = end.since(last);
             let goes_on = mean.zip(rest).is_some_and(|(mean, rest)| rest < mean.saturating_mul(3));
-            if one.repeats.count < GOES_ON || !goes_on {
+            // Nothing shows yet that the second time was the last.
+            let again = last.since(one.begin).zip(rest).is_some_and(|(apart, rest)| rest < apart);
+            if one.repeats.count + 1 == GOES_ON && again {
+                one.fact("unsettled", Quantity::Count(1));
+            } else if one.repeats.count < GOES_ON || !goes_on {
                 one.ends(last);
             }
         }
@@ -305,6 +317,13 @@ impl RuleIncidents {
                 && ends == Ends::Pdo
             {
                 one.clue.least = 1;
+            }
+            if let Some(one) = scene.ledger.get_mut(place)
+                && ends == Ends::Operational
+                && end.since(one.repeats.since).is_some_and(|rest| rest >= NO_LONGER_NS)
+            {
+                let last = one.repeats.since;
+                one.ends(last);
             }
         }
         for one in scene.ledger.all.iter_mut().filter(|one| one.kind == IncidentKind::PdoMissing && one.clue.least > 1)
@@ -315,6 +334,13 @@ impl RuleIncidents {
             }
         }
     }
+}
+
+/// Returns true unless a finding is of another rule, or says something else, than an incident that stands for many rules.
+fn says_same(one: &Incident, finding: &Finding) -> bool {
+    let sentence = |measured: Option<Measured>| measured.map(|measured| measured.variant.words.en);
+    let code = one.findings.first().is_none_or(|cited| cited.code == finding.code);
+    one.kind != IncidentKind::WireError || code && sentence(one.measured) == sentence(finding.measured())
 }
 
 /// Records that the unanswered request of an incident was answered after its client had given up.
