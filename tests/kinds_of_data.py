@@ -139,7 +139,7 @@ SAMPLES = {
     "pdo-missing": of_rule("SYN008", NODE, "stands"),
     "rpdo-timeout": emergency(0x8250, 0x11),
     "shared-cob-id": of_rule("PDO020", 6, "stands"),
-    "pdo-not-allowed": of_rule("PDO002", NODE, "over"),
+    "pdo-not-allowed": of_rule("PDO002", NODE, "stands"),
     "pdo-configuration": of_rule("PDO008", NODE, "stands"),
     "inhibit-time": Sample(inhibit_time, NODE, "over"),
     "pdo-multiplied": Sample(multiplied, NODE, "stands", (0x185, 20)),

@@ -187,7 +187,16 @@ def _head(one: Record, depth: int, by_id: Mapping[int, Record], words: Words) ->
     ]
     if one["repeats"]["count"] > 1:
         longest = milliseconds(one["repeats"].get("longest_ns", 0))
-        lines.append("   " + words("diagnose.repeats", count=one["repeats"]["count"], longest=longest))
+        count = one["repeats"]["count"]
+        lasts = one["repeats"].get("longest_ns", 0) > 0
+        lines.append(
+            "   "
+            + (
+                words("diagnose.repeats", count=count, longest=longest)
+                if lasts
+                else words("diagnose.times", count=count)
+            )
+        )
     if one["cause"] is not None:
         lines.append(f"   {because(one, by_id, words)}")
         said = delay(one, list(by_id.values()))

@@ -16,6 +16,14 @@ pub struct AdviceFacts {
     pub nodes: u32,
 }
 
+/// Emergency error codes of too high a voltage, without their last digit (CiA 402-2: mains, DC link).
+const OVER: [u16; 2] = [0x3110, 0x3210];
+
+/// Returns true for an abort because of the state of the device.
+fn is_state(code: AbortCode) -> bool {
+    (0x0800_0020..=0x0800_0022).contains(&code.meaning())
+}
+
 /// Returns true if a transfer was aborted with such a code.
 fn aborted(one: &Incident, such: fn(AbortCode) -> bool) -> bool {
     matches!(one.get("abort"), Some(Quantity::Abort(code)) if such(code))
@@ -74,7 +82,16 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
         IncidentKind::RequestUnanswered | IncidentKind::LateAnswer => vec![say::SERVER, say::CLIENT],
         IncidentKind::ObjectRefused | IncidentKind::IdentityMismatch | IncidentKind::LengthRefused => vec![say::EDS],
         IncidentKind::MappingRefused if one.has("others") => vec![say::EDS, say::MAPPING],
-        IncidentKind::MappingRefused => vec![say::PDO_ORDER],
+        IncidentKind::MappingRefused => vec![match one.get("abort") {
+            Some(Quantity::Abort(code)) => match code.meaning() {
+                0x0601_0000..=0x0601_00FF => say::MAPPING_FIXED,
+                0x0604_0041 => say::MAPPABLE,
+                0x0604_0042 => say::PDO_SIZE,
+                0x0800_0020..=0x0800_0022 => say::STATE,
+                _ => say::PDO_ORDER,
+            },
+            _ => say::PDO_ORDER,
+        }],
         IncidentKind::WriteRefused if aborted(one, AbortCode::is_violation) => vec![say::SDO_PROTOCOL],
         IncidentKind::WriteRefused if aborted(one, AbortCode::is_busy) => vec![say::SERVER],
         IncidentKind::AccessRefused
@@ -98,10 +115,10 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
         | IncidentKind::SyncIrregular
         | IncidentKind::TwoSyncProducers
         | IncidentKind::SyncLength => vec![say::SYNC_PRODUCER],
+        IncidentKind::NotAcknowledged => vec![say::NO_ACK, say::TERMINATION],
         IncidentKind::BusOff
         | IncidentKind::ErrorPassive
         | IncidentKind::BusErrors
-        | IncidentKind::NotAcknowledged
         | IncidentKind::TransceiverFault
         | IncidentKind::WrongBitRate
         | IncidentKind::BusTrouble => vec![say::TERMINATION],
@@ -122,6 +139,7 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
         IncidentKind::PdoMultiplied => vec![say::REPEATED_START],
         IncidentKind::CommandsNotTaken => vec![say::STATE],
         IncidentKind::HalfConfigured => vec![say::EDS, say::STATE],
+        IncidentKind::StoreFailed if aborted(one, is_state) => vec![say::STATE],
         IncidentKind::StoreFailed => vec![say::SIGNATURE],
         IncidentKind::ProgramFailed => vec![say::PROGRAM],
         IncidentKind::FollowingError | IncidentKind::InternalLimit => vec![say::MECHANICS],
@@ -129,6 +147,9 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
         IncidentKind::SetPointIgnored => vec![say::SET_POINT],
         IncidentKind::TargetsLate => vec![say::CYCLE, say::LOAD],
         IncidentKind::Temperature => vec![say::COOLING],
+        IncidentKind::SupplyVoltage if one.clue.reported.iter().any(|code| OVER.contains(&(code & 0xFFF0))) => {
+            vec![say::OVERVOLTAGE]
+        }
         IncidentKind::SupplyVoltage => vec![say::MAINS],
         IncidentKind::ModuleFailed => vec![say::IO_MODULE],
         IncidentKind::RegisterWithoutEmcy => vec![say::MANUAL],

@@ -8,6 +8,7 @@ use super::incident::{Grade, Incident};
 use super::kinds::IncidentKind;
 use super::ledger::Ledger;
 use crate::rules::Words;
+use crate::rules::finding::Quantity;
 
 /// Maximum distance of losses that belong together, in ns.
 const TOGETHER_NS: i64 = 100_000_000;
@@ -74,10 +75,20 @@ pub fn of(one: &Incident, ledger: &Ledger, shown: AdviceFacts) -> Vec<Tell> {
         _ if one.has("refused") => vec![match one.end.filter(|_| !one.has("booted")) {
             Some(_) if one.has("others") => OTHER_VALUES,
             Some(_) => MADE_GOOD,
+            // Most abort codes say why.
+            None if says_why(one) => return Vec::new(),
             None => NOT_MADE_GOOD,
         }],
         _ => Vec::new(),
     }
+}
+
+/// Returns true if the abort code of a refused write tells an unsupported value or object from a wrong state.
+fn says_why(one: &Incident) -> bool {
+    let Some(Quantity::Abort(code)) = one.get("abort") else { return false };
+    let meaning = code.meaning();
+    let general = matches!(meaning, 0 | 0x0604_0043 | 0x0604_0047 | 0x0800_0000 | 0x0800_0020);
+    !general && !code.is_violation() || code.is_busy()
 }
 
 fn back(one: &Incident) -> Tell {

@@ -49,9 +49,18 @@ const STORES: [u16; 4] = [0x1010, 0x1011, 0x1F50, 0x1F51];
 /// Maximum gap between SYNCs from which a period is taken, in ns.
 const LONGEST_SYNC_NS: i64 = 2_000_000_000;
 
-/// Returns true if a fact is a time.
-fn is_time(fact: Quantity) -> bool {
-    matches!(fact, Quantity::Ns(_))
+/// Maximum difference of the gaps between the heartbeats of one node, in ns: that of a slow task.
+const UNEVEN_NS: i64 = 50_000_000;
+
+/// Returns true if the gaps of heartbeats alternate (HBT004) by no more than a slow task explains.
+fn is_uneven(finding: &Finding) -> bool {
+    let gap = |name: &str| match finding.measured().and_then(|all| all.get(name)) {
+        Some(Quantity::Ns(ns)) => Some(ns),
+        _ => None,
+    };
+    // Of a series beside another both are the same.
+    let apart = gap("one").zip(gap("other")).map(|(one, other)| one.saturating_sub(other).saturating_abs());
+    apart.is_some_and(|apart| (1..UNEVEN_NS).contains(&apart))
 }
 
 /// The open incidents of one bus.
@@ -528,7 +537,7 @@ impl OfBus {
             }
             // A single node with an uneven task has alternating gaps, too, which is no second node without another
             // sign.
-            (Code::Hbt004, Some(_)) if finding.measured().is_some_and(|all| all.get("one").is_some_and(is_time)) => {}
+            (Code::Hbt004, Some(_)) if is_uneven(finding) => {}
             (Code::Sdo018, Some(node)) => self.configurations.stays(node, finding, scene),
             (Code::Drv005, Some(node)) => self.drives.fault(node, finding, scene),
             (Code::Drv002, Some(node)) => self.drives.stuck(node, finding, scene),
@@ -566,6 +575,7 @@ impl OfBus {
         self.identities.finish(scene!(self, ledger, bus, id, end));
         self.in_vain.finish(scene!(self, ledger, bus, id, end));
         self.motions.finish(scene!(self, ledger, bus, id, end));
+        self.nodes.never_started(scene!(self, ledger, bus, id, end));
         self.drives.finish(scene!(self, ledger, bus, id, end));
         self.load.finish(scene!(self, ledger, bus, id, end));
         let mine = ledger.all.iter().any(|one| one.bus == id);
@@ -595,6 +605,8 @@ impl OfBus {
         for place in 0..ledger.all.len() {
             let back = self.nodes.back(place);
             let Some(one) = ledger.get_mut(place).filter(|one| one.bus == id) else { continue };
+            // It may have left Operational long after its boot-up.
+            let back = back.map(|back| if one.begin.no > back.no { one.begin } else { back });
             let gone = one.subject.node.is_some_and(|node| self.nodes.is_silent(node));
             let others = self.heard.operational & !one.subject.nodes & self.heard.serving != 0;
             let long = end.since(one.begin).is_some_and(|since| since >= ALONE_NS);

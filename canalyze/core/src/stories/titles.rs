@@ -144,15 +144,30 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
             Some(silence) => Saying::GapOf { at, silence }.into(),
             None => Saying::Gap { at }.into(),
         },
-        IncidentKind::SyncStopped => Saying::SyncStopped { at }.into(),
+        IncidentKind::SyncStopped => match once(one) {
+            Some(lasts) => Saying::SyncGap { at, lasts }.into(),
+            None => Saying::SyncStopped { at }.into(),
+        },
+        IncidentKind::Flood => match (get("id"), ns("gap"), ns("period")) {
+            (Some(Quantity::Id(id)), Some(gap), Some(period)) => Saying::FloodOf { id, gap, period, at }.into(),
+            _ => Saying::Since { at }.into(),
+        },
         IncidentKind::PdoMissing | IncidentKind::PdoLength => match (one.kind, one.subject.pdo) {
-            (IncidentKind::PdoMissing, Some(pdo)) => Saying::PdoMissing { pdo, at }.into(),
+            (IncidentKind::PdoMissing, Some(pdo)) => match once(one) {
+                Some(lasts) => Saying::PdoGap { pdo, at, lasts }.into(),
+                None => Saying::PdoMissing { pdo, at }.into(),
+            },
             (_, Some(pdo)) => Saying::PdoOf { pdo, at }.into(),
             _ => Saying::Since { at }.into(),
         },
         _ if count > 1 => Saying::Times { at, count }.into(),
         _ => Saying::Since { at }.into(),
     })
+}
+
+/// Returns the duration of an incident that has ended and came once, in ns.
+fn once(one: &Incident) -> Option<i64> {
+    one.end.and_then(|end| end.since(one.begin)).filter(|lasts| one.repeats.count == 1 && *lasts > 0)
 }
 
 /// Returns the line of a download that its client aborted.
@@ -206,7 +221,8 @@ pub fn is_whole(one: &Incident, began_ns: Option<i64>) -> bool {
         IncidentKind::SharedCobId => one.has("alternates"),
         IncidentKind::WatchedAbsent => one.has("limit"),
         IncidentKind::NotStarted | IncidentKind::LateAnswer => of(one, began_ns).is_some(),
-        IncidentKind::MuteAfterBoot
+        IncidentKind::Flood
+        | IncidentKind::MuteAfterBoot
         | IncidentKind::ResetAgain
         | IncidentKind::AnotherDevice
         | IncidentKind::HeartbeatSwitchedOff

@@ -2,8 +2,10 @@
 
 use super::digits::put;
 use super::{Lang, object, sentence};
+use crate::rules::Words;
 use crate::rules::finding::{Measured, Said};
 use crate::stories::incident::{Grade, Incident, IncidentId, members};
+use crate::stories::kinds::IncidentKind;
 use crate::stories::rank::is_root;
 use crate::stories::{Diagnosis, Phase, titles};
 
@@ -57,6 +59,13 @@ fn because(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, one: &Incident,
     put!(out; ")");
 }
 
+/// Returns the words of the rule of an incident that stands for many rules, if it has findings of one only.
+fn plain(one: &Incident) -> Option<Words> {
+    let many = matches!(one.kind, IncidentKind::DamagedTransfer | IncidentKind::WireError);
+    let first = one.findings.first().filter(|_| many)?.code;
+    one.findings.iter().all(|cited| cited.code == first).then(|| first.rule().message)
+}
+
 /// Appends the subject of an incident and its statement, in one line. `began_ns`: the first timestamp of the capture.
 pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Incident, began_ns: Option<i64>) {
     subject(out, lang, one);
@@ -69,7 +78,7 @@ pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Incident, began_ns: Option<i64
                     object::before(out, one.object(), Some(measured));
                     said(out, lang, measured);
                 }
-                None => put!(out; words),
+                None => put!(out; plain(one).map_or(words, |words| lang.of(words))),
             }
             if let Some(title) = title {
                 put!(out; ", ");

@@ -192,7 +192,10 @@ impl Configurations {
         let mut others = 0;
         objects.retain(|(open, value)| {
             let same_pdo = whole.is_some_and(|(_, transmit, number)| {
-                pdo_parameter(open.index).is_some_and(|(mapping, t, n)| mapping && (t, n) == (transmit, number))
+                // An entry that the new mapping has was not written.
+                let unused = open.sub == 0 || transfer.data.kept.first().is_some_and(|count| open.sub > *count);
+                pdo_parameter(open.index)
+                    .is_some_and(|(mapping, t, n)| mapping && unused && (t, n) == (transmit, number))
             });
             let same = *open == mux && (value.is_empty() || *value == transfer.data.kept);
             let other = !same && (same_pdo || *open == mux && !prepares);

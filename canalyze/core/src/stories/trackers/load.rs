@@ -4,7 +4,7 @@
 //! The bit rate is given, or derived from frames without an idle gap between them; the shortest gaps of the capture are a
 //! lower bound. Bits are estimated (`summary` counts exactly). SDO is not judged, since block transfers fill a bus by design.
 
-use crate::bytes::frame::{Frame, FrameRef};
+use crate::bytes::frame::{CanId, Frame, FrameRef};
 use crate::evidence::period::recent::UsualGap;
 use crate::rules::finding::Quantity;
 use crate::stories::incident::{Grade, StepRole, Subject};
@@ -185,6 +185,7 @@ impl LoadIncident {
         self.flooded += 1;
         one.flood = scene.ledger.open(IncidentKind::Flood, scene.id, Subject::of(node), one.since, at);
         if let Some(flood) = one.flood.and_then(|place| scene.ledger.get_mut(place)) {
+            flood.fact("id", Quantity::Id(CanId::standard(identifier as u16)));
             flood.fact("period", Quantity::Ns(one.usual.ns));
             flood.fact("gap", Quantity::Ns(lasts / i64::from(one.run)));
             flood.step(

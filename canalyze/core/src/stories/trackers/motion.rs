@@ -14,6 +14,7 @@ use crate::stories::kinds::IncidentKind;
 use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
+use crate::wire::error_control::OPERATIONAL;
 use crate::wire::pdo::mapping::extract;
 use crate::world::drive::{self, DriveState};
 use crate::world::event::{ProcessData, Signals};
@@ -375,7 +376,13 @@ impl Motions {
             let told = scene
                 .ledger
                 .last(scene.id, |other| other.kind == IncidentKind::TargetsLate && other.subject.node == Some(name.0));
+            // A node that is not Operational is owed none, and an RPDO that has stopped is a problem of its own.
+            let stopped = scene.ledger.last(scene.id, |other| {
+                other.kind == IncidentKind::RpdoStopped && other.subject.concerns(name.0) && other.end.is_none()
+            });
             if one.gaps < TAUGHT
+                || stopped.is_some()
+                || scene.bus.state(name.0).is_some_and(|state| state != OPERATIONAL)
                 || rest < one.gap_ns.saturating_mul(GONE)
                 || scene.heard.last(name.0).is_none_or(|last| last.no < one.last.no)
             {

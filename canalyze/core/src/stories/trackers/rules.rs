@@ -84,8 +84,17 @@ impl RuleIncidents {
         let pdo =
             finding.object.and_then(|mux| pdo_parameter(mux.index)).map(|(_, transmit, number)| (transmit, number));
         // A period that stays another one counts from the first time on.
-        let stays = code == Code::Hbt007 || code == Code::Hbt001 && constant(finding, "reason") == Some("period");
-        let least = if stays { 1 } else { least };
+        let stays = match code {
+            Code::Hbt007 | Code::Pdo021 => true,
+            Code::Hbt001 => constant(finding, "reason") == Some("period"),
+            Code::Syn003 => finding.measured().is_some_and(|all| all.get("expected").is_some()),
+            _ => false,
+        };
+        let missing = match finding.measured().and_then(|all| all.get("missing")) {
+            Some(Quantity::Count(missing)) if code == Code::Syn003 => missing,
+            _ => 0,
+        };
+        let least = if stays || missing >= least { 1 } else { least };
         let (kind, ends) = match (code, constant(finding, "missing")) {
             _ if stays => (kind, Ends::Never),
             // Its own length has been right all the time.
@@ -140,10 +149,16 @@ impl RuleIncidents {
             one.found(finding);
             if stays && one.kind == kind {
                 self.last.retain(|(other, _)| *other != place);
-                let period = finding.measured().and_then(|all| all.get("to"));
-                if let (Some(from), Some(Quantity::Ns(to))) = (one.ns("from"), period)
-                    && from.saturating_sub(to).saturating_abs() <= from / SAME_PERIOD
-                {
+                // It is what it was before.
+                let now = |name: &str| finding.measured().and_then(|all| all.get(name));
+                let period = |names: [&str; 2]| match (one.get(names[0]), now(names[1])) {
+                    (Some(Quantity::Ns(from)), Some(Quantity::Ns(to))) => {
+                        from.saturating_sub(to).saturating_abs() <= from / SAME_PERIOD
+                    }
+                    (Some(before), Some(now)) => before == now,
+                    _ => false,
+                };
+                if period(["from", "to"]) || period(["expected", "period"]) || period(["before", "found"]) {
                     one.ends(finding.at);
                     return None;
                 }
@@ -152,6 +167,18 @@ impl RuleIncidents {
                     if !one.has(name) {
                         one.fact(name, value);
                     }
+                }
+                return None;
+            }
+            // The cause of what seemed to be single late or early ones, or lost heartbeats.
+            let second = kind == IncidentKind::TwoSyncProducers && one.kind == IncidentKind::SyncIrregular;
+            let slower = matches!(one.kind, IncidentKind::HeartbeatStopped | IncidentKind::NodeSilent);
+            if second || stays && slower {
+                self.last.retain(|(other, _)| *other != place);
+                (one.kind, one.clue.least, one.end, one.measured) = (kind, 1, None, finding.measured());
+                one.repeats.count = 1;
+                for (name, value) in finding.measured().iter().flat_map(|all| all.facts()) {
+                    one.fact(name, value);
                 }
                 return None;
             }
@@ -328,7 +355,7 @@ impl RuleIncidents {
         }
         for one in scene.ledger.all.iter_mut().filter(|one| one.kind == IncidentKind::PdoMissing && one.clue.least > 1)
         {
-            let limit = one.ns("limit").or_else(|| one.ns("period"));
+            let limit = one.ns("limit").or_else(|| one.ns("period")).or(one.clue.sync.map(|(_, period)| period));
             if limit.is_some_and(|limit| one.repeats.longest_ns > limit.saturating_mul(MISSING)) {
                 one.clue.least = 1;
             }
@@ -366,12 +393,15 @@ fn times(finding: &Finding, least: u64) -> u64 {
         Quantity::Count(count) if matches!(name, "count" | "missing") => Some(count),
         _ => None,
     });
-    // These count error frames.
+    // These count error frames, and what is missing in one gap.
     if matches!(finding.code, Code::Bus001 | Code::Bus002 | Code::Bus003) {
         return 1;
     }
-    let lasts = finding.code == Code::Syn003 && measured.get("gap").is_none();
-    if lasts { least } else { counted.unwrap_or(1).max(1) }
+    match finding.code {
+        Code::Syn003 if measured.get("gap").is_none() => least,
+        Code::Syn003 => 1,
+        _ => counted.unwrap_or(1).max(1),
+    }
 }
 
 /// Returns a word that the sentence of a finding always has, by its name in machine output.

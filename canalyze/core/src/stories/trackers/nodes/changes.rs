@@ -82,8 +82,16 @@ impl NodeIncidents {
         if let Some(one) = scene.ledger.get_mut(place) {
             one.step(at, StepRole::Sign, Saying::BootedUnasked, Some(finding));
             one.clue.because_of = finding.because_of.map(|at| at.no);
-            if !was {
-                one.ends(at);
+            // The finding may come after the node has started itself.
+            let started = scene.heard.is_operational(node).then(|| scene.heard.last_heartbeat(node)).flatten();
+            match started.filter(|started| started.no > at.no) {
+                Some(started) if was => {
+                    one.step(started, StepRole::Recovery, Saying::OperationalAgain, None);
+                    one.ends(started);
+                    return;
+                }
+                _ if !was => one.ends(at),
+                _ => {}
             }
         }
         if was {

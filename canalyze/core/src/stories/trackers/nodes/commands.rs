@@ -2,7 +2,7 @@
 //!
 //! `checks/nmt` decides if a command had no effect.
 
-use super::NodeIncidents;
+use super::{IgnoredRpdos, NodeIncidents};
 use crate::rules::finding::{Code, Finding, Quantity};
 use crate::stories::incident::{StepRole, Subject, bit, members};
 use crate::stories::kinds::IncidentKind;
@@ -12,6 +12,9 @@ use crate::stories::trackers::commanded::Commanded;
 
 /// Number of RPDOs to a node that is not Operational beyond the start of a controller.
 const COMMANDS: u64 = 50;
+/// The same at the end of the capture, and the time from the first to the last of them in ns.
+const FEW: u64 = 5;
+const WAITS_NS: i64 = 1_500_000_000;
 /// Maximum distance of resets that are one restart of the plant, in ns.
 const ONE_RESET_NS: i64 = 3_000_000_000;
 
@@ -77,19 +80,35 @@ impl NodeIncidents {
     pub(in crate::stories) fn controlled(&mut self, node: u8, taken: bool, scene: &mut Scene<'_>) {
         if taken {
             if !self.ignored.is_empty()
-                && let Some((_, _, Some(place))) = self.ignored.remove(&node)
+                && let Some(place) = self.ignored.remove(&node).and_then(|ignored| ignored.place)
             {
                 self.close(place, scene.at, Saying::OperationalAgain, scene);
             }
             return;
         }
-        let (first, count, place) = self.ignored.entry(node).or_insert((scene.at, 0, None));
-        *count += 1;
-        if *count != COMMANDS {
-            return;
+        let at = scene.at;
+        let ignored = self.ignored.entry(node).or_insert(IgnoredRpdos { first: at, last: at, count: 0, place: None });
+        (ignored.last, ignored.count) = (at, ignored.count + 1);
+        if ignored.count == COMMANDS {
+            let kind = IncidentKind::CommandsNotTaken;
+            ignored.place = scene.ledger.open(kind, scene.id, Subject::node(node), ignored.first, at);
         }
-        let kind = IncidentKind::CommandsNotTaken;
-        *place = scene.ledger.open(kind, scene.id, Subject::node(node), *first, scene.at);
+    }
+
+    /// Records RPDOs to nodes that have not been started until the end of the capture.
+    pub(in crate::stories) fn never_started(&self, scene: &mut Scene<'_>) {
+        for (node, IgnoredRpdos { first, last, count, place }) in self.ignored.iter().map(|(node, one)| (*node, *one)) {
+            let long = last.since(first).is_some_and(|since| since >= WAITS_NS);
+            if place.is_some() || count < FEW || !long {
+                continue;
+            }
+            let kind = IncidentKind::CommandsNotTaken;
+            let place = scene.ledger.open(kind, scene.id, Subject::node(node), first, scene.at);
+            if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+                // The controller may be about to start it.
+                one.fact("unsettled", Quantity::Count(1));
+            }
+        }
     }
 
     /// Records a command without effect (NMT002) or a missing boot-up (NMT006).

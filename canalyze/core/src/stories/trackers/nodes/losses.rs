@@ -20,6 +20,9 @@ const UNHEARD_NS: i64 = 400_000_000;
 impl NodeIncidents {
     /// Processes a frame of a node that is not a boot-up.
     pub(in crate::stories) fn heard(&mut self, node: u8, heartbeat: bool, scene: &mut Scene<'_>) {
+        if heartbeat && !self.mute.is_empty() {
+            self.mute.remove(&node);
+        }
         if self.silent.is_empty() {
             return;
         }
@@ -35,6 +38,9 @@ impl NodeIncidents {
             one.fact("silence", Quantity::Ns(silence));
         }
         self.silent.remove(&node);
+        if !heartbeat && one.kind == IncidentKind::NodeSilent {
+            self.mute.insert(node, (place, at));
+        }
         if !self.silent.values().any(|other| *other == place) {
             one.ends(at);
         }
@@ -145,6 +151,18 @@ impl NodeIncidents {
 
     /// Completes nodes whose other frames have stopped as well, at the end of the capture.
     pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+        // Other frames have come, but no heartbeat: it has stopped.
+        for (node, (place, since)) in std::mem::take(&mut self.mute) {
+            let (beat, end) = (scene.heard.last_heartbeat(node), scene.at);
+            let Some(one) = scene.ledger.get_mut(place).filter(|one| one.kind == IncidentKind::NodeSilent) else {
+                continue;
+            };
+            let limit = one.ns("limit").or_else(|| one.ns("period")).unwrap_or(i64::MAX);
+            if let Some(beat) = beat.filter(|_| end.since(since).is_some_and(|rest| rest > limit)) {
+                (one.kind, one.end) = (IncidentKind::HeartbeatStopped, None);
+                (one.begin, one.repeats.since, one.repeats.count) = (beat, beat, 1);
+            }
+        }
         for (node, place) in &self.silent {
             let last = scene.heard.last(*node);
             if let Some(one) = scene.ledger.get_mut(*place) {

@@ -25,6 +25,8 @@ use crate::wire::nmt::START;
 #[derive(Clone, Debug, Default)]
 pub(in crate::stories) struct NodeIncidents {
     silent: BTreeMap<u8, LedgerPlace>,
+    /// Silent nodes that have sent other frames since, but no heartbeat: the incident and the first such frame.
+    mute: BTreeMap<u8, (LedgerPlace, FrameRef)>,
     /// Incidents of nodes that are back or left Operational, which end once the node is Operational.
     waiting: BTreeMap<u8, Vec<LedgerPlace>>,
     /// Nodes that have to boot or to reach a state.
@@ -40,10 +42,19 @@ pub(in crate::stories) struct NodeIncidents {
     before: BTreeMap<u8, FrameRef>,
     /// The last start command to each node, and to all (0).
     ordered: BTreeMap<u8, FrameRef>,
-    /// RPDOs to nodes that are not Operational: the first one, their number, and the incident.
-    ignored: BTreeMap<u8, (FrameRef, u64, Option<LedgerPlace>)>,
+    /// RPDOs to nodes that are not Operational.
+    ignored: BTreeMap<u8, IgnoredRpdos>,
     /// The last boot-up of each node.
     booted: BTreeMap<u8, FrameRef>,
+}
+
+/// RPDOs to a node that is not Operational: the first and the last, their number, and the incident.
+#[derive(Clone, Copy, Debug)]
+struct IgnoredRpdos {
+    first: FrameRef,
+    last: FrameRef,
+    count: u64,
+    place: Option<LedgerPlace>,
 }
 
 impl NodeIncidents {
@@ -52,6 +63,7 @@ impl NodeIncidents {
         let at = scene.at;
         let was = scene.heard.is_operational(node) || self.was_operational & bit(node) != 0;
         self.booted.insert(node, at);
+        self.mute.remove(&node);
         if let Some(commanded) = &mut self.commanded {
             commanded.boots(node, scene.ledger);
         }
