@@ -20,7 +20,7 @@ const PROMPT_NS: i64 = 500_000_000;
 /// Maximum time in which a supply that dips takes other nodes with it, in ns.
 const SUPPLY_NS: i64 = 200_000_000;
 /// Maximum number of heartbeat periods for which a consumer waits, if its time is not known.
-const PERIODS: i64 = 5;
+pub(super) const PERIODS: i64 = 5;
 /// Number of SYNC periods within which consumers report its loss.
 const SYNCS: i64 = 30;
 
@@ -157,7 +157,20 @@ fn said_by_the_finding(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 /// L1: a heartbeat consumer reported the loss of a node.
 fn loss_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let kind = pair.cause.kind;
+    if kind == HeartbeatIrregular {
+        return slower_reported(pair);
+    }
     (is_gone(kind) || matches!(kind, HeartbeatStopped | HeartbeatSwitchedOff | MuteAfterBoot)).then(|| loss(pair))?
+}
+
+/// L1: heartbeats that come more slowly are missed, too. Their period is known only some periods later.
+fn slower_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let Pair { cause, effect, delay, .. } = *pair;
+    let period = cause.ns("to").or_else(|| cause.ns("period"))?;
+    let watched =
+        effect.clue.watched.is_empty() || pair.limit().is_some_and(|limit| limit < period.saturating_add(LATE_NS));
+    let near = delay >= period.saturating_mul(-PERIODS) && cause.end.is_none_or(|end| effect.begin.no <= end.no);
+    (pair.reported(LIFE_GUARD) && !pair.alone() && watched && near).then_some((Grade::Likely, delay.saturating_abs()))
 }
 
 /// L2: the master stopped guarding.

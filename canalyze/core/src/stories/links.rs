@@ -3,7 +3,7 @@
 //! `causes` decides if one incident can have caused another. A consequence has one cause; others are kept as possible.
 //! There is never a cycle.
 
-use super::causes::{Found, LATE_NS, WINDOW_NS, relate};
+use super::causes::{Found, LATE_NS, PERIODS, WINDOW_NS, relate};
 use super::incident::{Grade, Incident, Link, Status, bit};
 use super::kinds::IncidentKind;
 use super::ledger::{Ledger, LedgerPlace};
@@ -64,7 +64,12 @@ fn touches(cause: &Incident, effect: &Incident) -> bool {
     {
         return true;
     }
-    let before = effect.noticed.since(cause.begin).is_none_or(|since| since >= -LATE_NS);
+    // A changed period is known some periods after it was the cause of something.
+    let early = match (cause.kind, cause.ns("to")) {
+        (IncidentKind::HeartbeatIrregular, Some(period)) => period.saturating_mul(PERIODS),
+        _ => LATE_NS,
+    };
+    let before = effect.noticed.since(cause.begin).is_none_or(|since| since >= -early);
     let after = cause.end.is_none_or(|end| effect.begin.since(end).is_none_or(|since| since <= WINDOW_NS));
     before && after
 }

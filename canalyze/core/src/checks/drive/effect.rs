@@ -50,7 +50,7 @@ impl Axis {
             return;
         }
         self.order = None;
-        if !self.is_drive(place) || !self.controlwords.by_pdo {
+        if !self.is_drive(place) {
             return;
         }
         let what = Drv002::StillIn { controlword: order.word, statusword: sample.word, after };
