@@ -56,7 +56,12 @@ pub fn of(one: &Incident, ledger: &Ledger, shown: AdviceFacts) -> Vec<Tell> {
         }
         HeartbeatStopped => vec![GOES_ON, warned(one, ledger)],
         AxisFault | QuickStop | StateLeft | DeviceError | SupplyVoltage | Temperature => {
-            let mut tells = vec![if one.clue.reported.is_empty() { UNNAMED } else { NAMED }];
+            let named = match (one.clue.reported.is_empty(), one.has("error_code")) {
+                (false, _) => NAMED,
+                (true, true) => READ,
+                (true, false) => UNNAMED,
+            };
+            let mut tells = vec![named];
             let lost = lost(one, ledger);
             // Reactions to one loss come together and need have nothing else in common.
             let reacts = lost.is_some_and(|tell| tell.words.en == COMMUNICATION.words.en);

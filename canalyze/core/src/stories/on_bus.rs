@@ -436,7 +436,7 @@ impl OfBus {
                 self.configurations.booted(node, scene!(self, ledger, bus, id, at));
                 self.heard.frame(node, at);
                 self.heard.operational &= !bit(node);
-                for ends in [Ends::Heard, Ends::Guarded] {
+                for ends in [Ends::Heard, Ends::Guarded, Ends::Controlled] {
                     let sign = Sign { boot_up: true, ..Sign::of(ends, Some(node)) };
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
@@ -451,6 +451,9 @@ impl OfBus {
                 self.heard.state(node, Some(state));
                 self.nodes.heard(node, true, scene!(self, ledger, bus, id, at));
                 self.heartbeats.beat(node, scene!(self, ledger, bus, id, at));
+                if !self.found.is_empty() {
+                    self.found.sign(Sign::of(Ends::Controlled, Some(node)), scene!(self, ledger, bus, id, at));
+                }
                 self.heard.heartbeat(node, at);
                 let before = self.heard.is_operational(node);
                 match state {

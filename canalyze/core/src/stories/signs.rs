@@ -15,6 +15,8 @@ pub(super) enum Ends {
     Never,
     /// A frame of the node.
     Heard,
+    /// A boot-up, heartbeat or guarding answer of the node.
+    Controlled,
     /// An answer of the server.
     Answered,
     /// A successful transfer of the node.
@@ -68,7 +70,7 @@ pub(super) const SIGNS: &[SignRow] = &[
     (Code::Emc006, IncidentKind::WireError, 1, Ends::Once),
     (Code::Emc010, IncidentKind::EmcyFlood, 1, Ends::Once),
     (Code::Grd001, IncidentKind::WireError, 1, Ends::Once),
-    (Code::Grd002, IncidentKind::GuardingUnanswered, 1, Ends::Heard),
+    (Code::Grd002, IncidentKind::GuardingUnanswered, 1, Ends::Controlled),
     (Code::Grd003, IncidentKind::GuardingAndHeartbeat, 1, Ends::Never),
     (Code::Grd004, IncidentKind::NodeAbsent, 1, Ends::Heard),
     (Code::Grd005, IncidentKind::GuardingStopped, 1, Ends::Guarded),

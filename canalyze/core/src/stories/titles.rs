@@ -112,6 +112,10 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
             }
             _ => return None,
         },
+        IncidentKind::AxisFault if one.has("error_code") && !one.has("code") => match get("error_code") {
+            Some(Quantity::Emcy(code, profile)) => Saying::FaultRead { at, code: (code, profile) }.into(),
+            _ => return None,
+        },
         IncidentKind::AxisFault => match get("code") {
             Some(Quantity::Emcy(code, profile)) => Saying::FaultWith { at, code: (code, profile) }.into(),
             _ if one.has("seen_in_fault") => Saying::FaultSeen { at }.into(),

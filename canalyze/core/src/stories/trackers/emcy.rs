@@ -5,6 +5,7 @@
 use std::collections::BTreeMap;
 
 use super::AGAIN_NS;
+use crate::bytes::frame::FrameRef;
 use crate::rules::finding::{Finding, Quantity};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
@@ -13,6 +14,7 @@ use crate::stories::kinds::IncidentKind;
 use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
+use crate::words::profiles::Profile;
 use crate::world::change::EmcyChange;
 
 /// Maximum distance of errors of one node with one cause, in ns.
@@ -21,6 +23,8 @@ const TOGETHER_NS: i64 = 500_000_000;
 /// Number of reports of a loss, without one, that show the consumer's time to be too short, if no earlier sign does.
 const TOO_SHORT: u64 = 3;
 
+/// The error code of a drive (CiA 402-2).
+const ERROR_CODE: u16 = 0x603F;
 /// Bit of the error register: communication (CiA 301, 7.5.2.2).
 const COMMUNICATION: u8 = 1 << 4;
 /// Error code of a loss reported by a heartbeat consumer (CiA 301, 7.2.7.1).
@@ -52,6 +56,8 @@ pub(in crate::stories) struct Emergencies {
     open: BTreeMap<u8, Vec<LedgerPlace>>,
     /// Nodes that have booted in the capture without an emergency since, one bit each.
     quiet: u128,
+    /// The last error code of each drive that was read, with the frame.
+    read: BTreeMap<u8, (FrameRef, u16)>,
 }
 
 impl Emergencies {
@@ -160,6 +166,13 @@ impl Emergencies {
     /// Completes incidents at the end of the capture with the known consumer times. A silence that a rule assumed by a
     /// time that is too short was none.
     pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+        for (node, (at, code)) in &self.read {
+            let fault = |one: &Incident| one.kind == IncidentKind::AxisFault && one.subject.node == Some(*node);
+            let place = scene.ledger.last(scene.id, |one| fault(one) && !one.has("code") && one.begin.no < at.no);
+            if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+                one.fact("error_code", Quantity::Emcy(*code, Profile::DRIVE));
+            }
+        }
         for place in 0..scene.ledger.all.len() {
             let Some(one) = scene.ledger.get(place) else { continue };
             let Some(node) = one.subject.node.filter(|_| one.bus == scene.id) else { continue };
@@ -215,6 +228,13 @@ impl Emergencies {
     pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         let node = transfer.node;
         let read = transfer.direction == Direction::Upload && transfer.outcome.status == Status::Ok;
+        if let (true, Some(Mux { index: ERROR_CODE, sub: 0 }), [low, high]) = (read, transfer.mux, &*transfer.data.kept) {
+            let code = u16::from_le_bytes([*low, *high]);
+            if code != 0 {
+                self.read.insert(node, (transfer.last, code));
+            }
+            return;
+        }
         let (true, Some(Mux { index: 0x1001, sub: 0 }), [register]) = (read, transfer.mux, &*transfer.data.kept) else {
             return;
         };

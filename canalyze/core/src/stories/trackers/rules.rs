@@ -25,6 +25,8 @@ const SAME_PERIOD: i64 = 8;
 const MISSING: i64 = 5;
 /// Time without a PDO after which it is no longer sent, in ns.
 const NO_LONGER_NS: i64 = 2_000_000_000;
+/// Maximum time from the first to the last node that a master stops guarding, in ns.
+const MASTER_NS: i64 = 5_000_000_000;
 /// Number of times from which an incident is still open at the end of the capture if the next time is not due yet.
 pub(in crate::stories) const GOES_ON: u64 = 3;
 
@@ -309,7 +311,7 @@ impl RuleIncidents {
             let said = match ends {
                 _ if sign.boot_up => Saying::Booted,
                 Ends::Heard if one.kind == IncidentKind::NodeAbsent => Saying::FirstHeard,
-                Ends::Heard => Saying::HeardAgain,
+                Ends::Heard | Ends::Controlled => Saying::HeardAgain,
                 Ends::Transferred => Saying::Transferred,
                 Ends::Answered => Saying::Answered,
                 Ends::Written => Saying::WrittenAgain,
@@ -326,6 +328,7 @@ impl RuleIncidents {
 
     /// Ends incidents at the end of the capture, except those that go on.
     pub(in crate::stories) fn finish(&mut self, end: FrameRef, scene: &mut Scene<'_>) {
+        stopped_together(scene);
         for (place, last) in self.last.drain(..) {
             let Some(one) = scene.ledger.get_mut(place) else { continue };
             let mean = last.since(one.begin).map(|all| all / one.repeats.count.max(2) as i64);
@@ -359,6 +362,24 @@ impl RuleIncidents {
             if limit.is_some_and(|limit| one.repeats.longest_ns > limit.saturating_mul(MISSING)) {
                 one.clue.least = 1;
             }
+        }
+    }
+}
+
+/// Makes one incident of a master that stops guarding several nodes.
+fn stopped_together(scene: &mut Scene<'_>) {
+    let of_bus = |place: &LedgerPlace, scene: &Scene<'_>| {
+        let one = scene.ledger.get(*place).filter(|one| one.kind == IncidentKind::GuardingStopped && !one.merged);
+        one.filter(|one| one.bus == scene.id).map(|one| (one.begin, one.end.is_none()))
+    };
+    let mut first: Option<(LedgerPlace, FrameRef, bool)> = None;
+    for place in 0..scene.ledger.all.len() {
+        let Some((begin, open)) = of_bus(&place, scene) else { continue };
+        match first {
+            Some((into, since, same)) if same == open && begin.since(since).is_some_and(|ns| ns.saturating_abs() <= MASTER_NS) => {
+                scene.ledger.merge(place, into);
+            }
+            _ => first = Some((place, begin, open)),
         }
     }
 }

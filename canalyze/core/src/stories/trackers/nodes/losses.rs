@@ -67,7 +67,7 @@ impl NodeIncidents {
         let (sync_clue, clue_limit) = (scene.heard.sync_period_ns.map(|period| (sync, period)), finding.measured());
         let at_sync = producer && has_stopped(sync, finding.at, scene);
         if let Some(one) = scene.ledger.get_mut(place) {
-            one.clue.controller |= scene.heard.serving & bit(node) == 0;
+            one.clue.controller |= scene.heard.serving & bit(node) == 0 && scene.heard.control.no > 0;
             one.clue.sync_producer |= producer && !goes_on;
             one.clue.sync = sync_clue;
             one.clue.because_of = finding.because_of.map(|at| at.no);
@@ -136,7 +136,7 @@ impl NodeIncidents {
         let clue = scene.heard.sync_period_ns.map(|period| (scene.heard.sync, period));
         if let Some(one) = scene.ledger.get_mut(place) {
             one.grade = Grade::Likely;
-            one.clue.controller = scene.heard.serving & bit(node) == 0;
+            one.clue.controller = scene.heard.serving & bit(node) == 0 && scene.heard.control.no > 0;
             (one.clue.sync_producer, one.clue.sync) = (producer, clue);
             if one.steps.is_empty() {
                 one.step(begin, StepRole::Sign, Saying::LastSign, None);
