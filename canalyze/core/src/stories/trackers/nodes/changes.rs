@@ -41,9 +41,9 @@ impl NodeIncidents {
             if !back {
                 one.again(at);
                 one.step(at, StepRole::Sign, Saying::BootedUnasked, Some(finding));
-                if one.repeats.count >= LOOP {
-                    one.kind = IncidentKind::RestartLoop;
-                }
+            }
+            if one.repeats.count >= LOOP && matches!(one.kind, IncidentKind::NodeRestarted | IncidentKind::NodeSilent) {
+                one.kind = IncidentKind::RestartLoop;
             }
             return one.found(finding);
         }

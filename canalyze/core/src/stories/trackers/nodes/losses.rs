@@ -200,7 +200,12 @@ impl NodeIncidents {
 
     /// Returns the same incident of the node if it recurs soon.
     fn again(&mut self, kind: IncidentKind, node: u8, begin: FrameRef, scene: &mut Scene<'_>) -> Option<LedgerPlace> {
-        let place = scene.ledger.last(scene.id, |one| one.kind == kind && one.subject.node == Some(node))?;
+        let same = |one: &Incident| {
+            // A node that restarts again and again is silent meanwhile.
+            let loops = kind == IncidentKind::NodeSilent && one.kind == IncidentKind::RestartLoop;
+            (one.kind == kind || loops) && one.subject.node == Some(node)
+        };
+        let place = scene.ledger.last(scene.id, same)?;
         let one = scene.ledger.get_mut(place)?;
         let soon = one.repeats.longest_ns.saturating_mul(10).max(AGAIN_NS);
         if one.end.is_some() && !one.ended_within(begin, soon) {
