@@ -9,12 +9,12 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 63_320;
+const WHOLE: usize = 63_900;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
     // With the rows inside other text.
-    ("bytes", 10_550),
+    ("bytes", 10_830),
     ("checks", 7_470),
     ("evidence", 3_350),
     ("lib", 50),
@@ -23,13 +23,14 @@ const BUDGETS: &[(&str, usize)] = &[
     ("sdo", 4_610),
     ("session", 2_780),
     ("settings", 1_310),
-    ("stories", 6_130),
+    // With ends that a frame shows, second devices, and periods that stay changed.
+    ("stories", 6_430),
     ("tables", 6_110),
     // The transfers of CANopen FD.
     ("usdo", 1_030),
     ("views", 7_720),
     ("wire", 2_720),
-    ("words", 3_710),
+    ("words", 3_730),
     ("world", 3_110),
 ];
 

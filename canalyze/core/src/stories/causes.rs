@@ -70,6 +70,7 @@ const RULES: &[CauseRule] = &[
     (10, bus_errors),
     (21, bus_errors_reported),
     (26, recording_stood_still),
+    (29, same_outage),
 ];
 
 /// Applies the rules to a possible cause and its effect.
@@ -339,6 +340,14 @@ fn transfer_ended(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let left_over = pair.effect.findings.iter().all(|cited| cited.code == Code::Sdo007);
     let refused = pair.cause.has("refused") && pair.effect.kind == DamagedTransfer && left_over;
     (soon && refused).then_some((Grade::Likely, pair.delay))
+}
+
+/// L29: a guarded node that did not answer shows at its return that it has restarted.
+fn same_outage(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let Pair { cause, effect, .. } = *pair;
+    let shows = matches!(effect.kind, NodeRestarted | RestartLoop | LeftOperational);
+    let then = effect.begin.no >= cause.begin.no && cause.end.is_none_or(|end| effect.begin.no <= end.no);
+    (pair.alone() && cause.kind == GuardingUnanswered && shows && then).then_some((Grade::Certain, 0))
 }
 
 /// L12: a booted node has lost its configuration.

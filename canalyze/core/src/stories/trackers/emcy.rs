@@ -14,7 +14,6 @@ use crate::stories::kinds::IncidentKind;
 use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
-use crate::words::profiles::Profile;
 use crate::world::change::EmcyChange;
 
 /// Maximum distance of errors of one node with one cause, in ns.
@@ -57,7 +56,7 @@ pub(in crate::stories) struct Emergencies {
     /// Nodes that have booted in the capture without an emergency since, one bit each.
     quiet: u128,
     /// The last error code of each drive that was read, with the frame.
-    read: BTreeMap<u8, (FrameRef, u16)>,
+    read: BTreeMap<u8, (FrameRef, Quantity)>,
 }
 
 impl Emergencies {
@@ -170,7 +169,7 @@ impl Emergencies {
             let fault = |one: &Incident| one.kind == IncidentKind::AxisFault && one.subject.node == Some(*node);
             let place = scene.ledger.last(scene.id, |one| fault(one) && !one.has("code") && one.begin.no < at.no);
             if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
-                one.fact("error_code", Quantity::Emcy(*code, Profile::DRIVE));
+                one.fact("error_code", *code);
             }
         }
         for place in 0..scene.ledger.all.len() {
@@ -228,10 +227,11 @@ impl Emergencies {
     pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         let node = transfer.node;
         let read = transfer.direction == Direction::Upload && transfer.outcome.status == Status::Ok;
-        if let (true, Some(Mux { index: ERROR_CODE, sub: 0 }), [low, high]) = (read, transfer.mux, &*transfer.data.kept) {
+        if let (true, Some(Mux { index: ERROR_CODE, sub: 0 }), [low, high]) = (read, transfer.mux, &*transfer.data.kept)
+        {
             let code = u16::from_le_bytes([*low, *high]);
             if code != 0 {
-                self.read.insert(node, (transfer.last, code));
+                self.read.insert(node, (transfer.last, Quantity::Emcy(code, transfer.described.profile)));
             }
             return;
         }

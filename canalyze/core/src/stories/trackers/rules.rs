@@ -376,7 +376,9 @@ fn stopped_together(scene: &mut Scene<'_>) {
     for place in 0..scene.ledger.all.len() {
         let Some((begin, open)) = of_bus(&place, scene) else { continue };
         match first {
-            Some((into, since, same)) if same == open && begin.since(since).is_some_and(|ns| ns.saturating_abs() <= MASTER_NS) => {
+            Some((into, since, same))
+                if same == open && begin.since(since).is_some_and(|ns| ns.saturating_abs() <= MASTER_NS) =>
+            {
                 scene.ledger.merge(place, into);
             }
             _ => first = Some((place, begin, open)),
