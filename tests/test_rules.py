@@ -104,7 +104,7 @@ RAISED: dict[str, list[Raised]] = {
     "GRD002": [("GRD002", 8, 7)],
     "GRD003": [("GRD003", 14, 13)],
     "GRD003-producer": [("GRD003", 10, 8)],
-    "GRD004": [("GRD004", 4, None)],
+    "GRD004": [("GRD004", 4, 3)],
     "GRD005": [("GRD005", 22, 17)],
     "HBT001": [("HBT001", 8, None)],
     "HBT002": [("HBT002", 8, 7)],

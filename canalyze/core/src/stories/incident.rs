@@ -276,6 +276,8 @@ pub(super) struct Clue {
     pub(super) because_of: Option<u64>,
     /// Minimum number of times from which it counts.
     pub(super) least: u64,
+    /// True if no frame shows at the end of the capture whether it goes on.
+    pub(super) unsettled: bool,
 }
 
 impl Incident {

@@ -609,8 +609,6 @@ impl OfBus {
         for place in 0..ledger.all.len() {
             let back = self.nodes.back(place);
             let Some(one) = ledger.get_mut(place).filter(|one| one.bus == id) else { continue };
-            // It may have left Operational long after its boot-up.
-            let back = back.map(|back| if one.begin.no > back.no { one.begin } else { back });
             let gone = one.subject.node.is_some_and(|node| self.nodes.is_silent(node));
             let others = self.heard.operational & !one.subject.nodes & self.heard.serving != 0;
             let long = end.since(one.begin).is_some_and(|since| since >= ALONE_NS);
@@ -625,7 +623,9 @@ impl OfBus {
             }
             if one.status == Status::Stands {
                 one.end = None;
-                self.stands(place, back, end, ledger);
+                // It may have left Operational long after its boot-up.
+                let since = back.map(|back| if one.begin.no > back.no { one.begin } else { back });
+                self.stands(place, since, end, ledger);
             }
         }
     }

@@ -105,7 +105,7 @@ pub(super) fn status(
     if one.kind == IncidentKind::ErrorPassive {
         return Status::Unknown;
     }
-    if one.has("client_aborted") || one.has("unsettled") {
+    if one.has("client_aborted") || one.clue.unsettled {
         return Status::Unknown;
     }
     // A refused write may still be made up for if the capture ends too soon for the rule.

@@ -1,7 +1,7 @@
-//! MissingHeartbeats that cannot come any more: switched off by a write, missing behind a boot-up with everything else of the
+//! Heartbeats that cannot come any more: switched off by a write, missing behind a boot-up with everything else of the
 //! node, or monitored although the node was never there.
 //!
-//! MissingHeartbeats that stop while they are owed are findings of the checks.
+//! Heartbeats that stop while they are owed are findings of the checks.
 
 use std::collections::BTreeMap;
 
@@ -21,6 +21,9 @@ const PRODUCER_TIME: u16 = 0x1017;
 /// Number of periods without any frame of a node behind its boot-up, and minimum time in ns, from which it is mute.
 const MUTE_PERIODS: i64 = 10;
 const MUTE_NS: i64 = 5_000_000_000;
+/// A period that differs by less than this part is the same, and number of times in a row that show one.
+const SAME: i64 = 8;
+const STEADY: u32 = 3;
 /// Number of times of a consumer in which a monitored node must be heard.
 const CONSUMER_TIMES: i64 = 3;
 
@@ -30,8 +33,8 @@ pub(in crate::stories) struct MissingHeartbeats {
     off: BTreeMap<u8, LedgerPlace>,
     /// The last transfer of a consumer heartbeat time with each node.
     consumers: BTreeMap<u8, FrameRef>,
-    /// The last time between two heartbeats of a node, in ns.
-    periods: BTreeMap<u8, i64>,
+    /// The last time between two heartbeats of a node, in ns, and the number of times in a row that it was the same.
+    periods: BTreeMap<u8, (i64, u32)>,
     /// The boot-up of each node that sent heartbeats before it, and their period in ns.
     booted: BTreeMap<u8, (FrameRef, i64)>,
 }
@@ -75,7 +78,9 @@ impl MissingHeartbeats {
     /// Processes a heartbeat, before it is recorded as the last one.
     pub(in crate::stories) fn beat(&mut self, node: u8, scene: &mut Scene<'_>) {
         if let Some(period) = scene.at.since(scene.heard.last_heartbeat(node)).filter(|period| *period > 0) {
-            self.periods.insert(node, period);
+            let (before, run) = self.periods.get(&node).copied().unwrap_or_default();
+            let run = if is_same(before, period) { run.saturating_add(1) } else { 0 };
+            self.periods.insert(node, (period, run));
         }
     }
 
@@ -84,13 +89,27 @@ impl MissingHeartbeats {
         if let Some(one) = self.off.remove(&node).and_then(|place| scene.ledger.get_mut(place)) {
             one.ends(scene.at);
         }
-        if let Some(period) = self.periods.get(&node) {
+        if let Some((period, _)) = self.periods.get(&node) {
             self.booted.insert(node, (scene.at, *period));
         }
     }
 
     /// Concludes at the end of the capture.
     pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+        // Heartbeats that are back at their period are no finding.
+        for (node, (period, run)) in &self.periods {
+            let changed = |one: &Incident| {
+                one.kind == IncidentKind::HeartbeatIrregular && one.end.is_none() && one.subject.node == Some(*node)
+            };
+            let place = scene.ledger.last(scene.id, changed);
+            if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place))
+                && one.ns("from").is_some_and(|from| is_same(from, *period) && *run >= STEADY)
+                && let Some(last) = scene.heard.last_heartbeat(*node)
+            {
+                one.step(last, StepRole::Recovery, Saying::Recovered, None);
+                one.ends(last);
+            }
+        }
         for (node, (boot_up, period)) in std::mem::take(&mut self.booted) {
             let silent = scene.heard.last(node) == Some(boot_up);
             let long =
@@ -133,6 +152,11 @@ impl MissingHeartbeats {
             }
         }
     }
+}
+
+/// Returns true if two periods are the same, in ns.
+fn is_same(one: i64, other: i64) -> bool {
+    one.saturating_sub(other).saturating_abs() <= one / SAME
 }
 
 /// Returns true if an incident concerns a node of the bus.

@@ -337,7 +337,7 @@ impl RuleIncidents {
             // Nothing shows yet that the second time was the last.
             let again = last.since(one.begin).zip(rest).is_some_and(|(apart, rest)| rest < apart);
             if one.repeats.count + 1 == GOES_ON && again {
-                one.fact("unsettled", Quantity::Count(1));
+                one.clue.unsettled = true;
             } else if one.repeats.count < GOES_ON || !goes_on {
                 one.ends(last);
             }

@@ -106,7 +106,7 @@ impl NodeIncidents {
             let place = scene.ledger.open(kind, scene.id, Subject::node(node), first, scene.at);
             if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
                 // The controller may be about to start it.
-                one.fact("unsettled", Quantity::Count(1));
+                one.clue.unsettled = true;
             }
         }
     }

@@ -160,6 +160,7 @@ impl NodeIncidents {
             let limit = one.ns("limit").or_else(|| one.ns("period")).unwrap_or(i64::MAX);
             if let Some(beat) = beat.filter(|_| end.since(since).is_some_and(|rest| rest > limit)) {
                 (one.kind, one.end) = (IncidentKind::HeartbeatStopped, None);
+                one.steps.retain(|step| step.role != StepRole::Recovery || step.at.no < since.no);
                 (one.begin, one.repeats.since, one.repeats.count) = (beat, beat, 1);
             }
         }

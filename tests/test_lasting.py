@@ -1,0 +1,179 @@
+"""What lasts is open, over all its magnitudes, until a frame shows its end.
+
+What it must not do: test the words of a problem.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+
+import pytest
+from captures import log_text, session_output
+from diagnoses import ABOVE_HARMLESS, diagnosed
+from kinds_of_nodes import NODE, PERIOD, beats, started
+from network import PRE_OPERATIONAL, Follower, Frames, Network
+
+Problem = tuple[str, str]
+OTHER = 6
+LONG = 12.0
+
+
+def problems(frames: Frames) -> list[Problem]:
+    """Kind and status of each root above harmless."""
+    said = diagnosed(log_text(frames))
+    roots = [one for one in said.incidents if not one["cause"] and one["status"] in ABOVE_HARMLESS]
+    return [(one["incident"], one["status"]) for one in roots]
+
+
+def two_nodes(seconds: float = LONG) -> Network:
+    return beats(started(NODE, OTHER), {OTHER: seconds})
+
+
+def slower(factor: float, until: float = 30) -> Frames:
+    """Heartbeats that come more slowly from 4 s on, and as before from `until` on."""
+    net = two_nodes(20)
+    at = 0.0
+    while at < 20:
+        net.send(0x700 + NODE, b"\x05", after=at)
+        at += PERIOD * (factor if 4 <= at < until else 1)
+    return net.frames()
+
+
+@pytest.mark.parametrize("factor", [1.5, 2, 3, 4, 6, 8])
+def test_slower_heartbeats_are_open(factor: float) -> None:
+    assert problems(slower(factor)) == [("heartbeat-irregular", "stands")]
+
+
+@pytest.mark.parametrize("period", [0.1, 0.5, 1.0, 1.5])
+def test_a_heartbeat_that_stops_is_open_though_other_frames_come(period: float) -> None:
+    net = beats(two_nodes(), {NODE: 5})
+    count = round(LONG / period)
+    net.cyclic(0x180 + NODE, period=period, payloads=[bytes([at % 256, 0]) for at in range(count)])
+    assert problems(net.frames()) == [("heartbeat-stopped", "stands")]
+
+
+@pytest.mark.parametrize("shift", [0.06, 0.14])
+def test_a_second_heartbeat_stream_is_another_device(shift: float) -> None:
+    net = beats(two_nodes(), {NODE: LONG})
+    net.wait(shift).live(NODE, period=PERIOD, seconds=LONG - shift, states=((0, 5),))
+    assert problems(net.frames()) == [("duplicate-node-id", "stands")]
+
+
+@pytest.mark.parametrize("uneven", [0.005, 0.02])
+def test_an_uneven_task_is_no_other_device(uneven: float) -> None:
+    """Gaps that alternate, of a node whose period is not configured."""
+    net = beats(started(OTHER), {OTHER: LONG}).boot(NODE)
+    for beat in range(115):
+        net.send(0x700 + NODE, b"\x05", after=0.5 + beat * 0.1 + (uneven if beat % 2 else 0))
+    assert problems(net.frames()) == []
+
+
+def sync(factor: float, until: float = 30) -> Frames:
+    """SYNC with another period from 4 s on, and as before from `until` on."""
+    net = beats(two_nodes(), {NODE: LONG})
+    at = 0.0
+    while at < LONG:
+        net.send(0x080, after=at)
+        at += 0.01 * (factor if 4 <= at < until else 1)
+    return net.frames()
+
+
+@pytest.mark.parametrize("factor", [1.5, 2, 3])
+@pytest.mark.parametrize(("until", "status"), [(30, "stands"), (7, "over")])
+def test_a_period_of_sync_that_stays_changed_is_open(factor: float, until: float, status: str) -> None:
+    assert problems(sync(factor, until)) == [("sync-irregular", status)]
+
+
+@pytest.mark.parametrize("lasts", [0.3, 0.5, 1.0, 3.0])
+@pytest.mark.parametrize("back", [True, False])
+def test_a_gap_of_a_synchronous_pdo_is_a_problem(lasts: float, *, back: bool) -> None:
+    net = beats(two_nodes(), {NODE: LONG})
+    first = 500 if back else 1200 - round(lasts / 0.01)
+    missing = range(first, first + round(lasts / 0.01))
+    for cycle in range(1200):
+        net.send(0x080, after=cycle * 0.01)
+        if cycle not in missing:
+            net.send(0x180 + NODE, b"\x37\x02", after=cycle * 0.01 + 0.0005)
+    assert problems(net.frames()) == [("pdo-missing", "over" if back else "stands")]
+
+
+def answers(first: bytes, second: bytes, asked: int = 0x600 + NODE) -> Frames:
+    """Reads of the serial number, each answered twice."""
+    net = Network().boot(NODE)
+    for _ in range(3):
+        net.wait(0.5).send(asked, struct.pack("<BHBI", 0x40, 0x1018, 4, 0))
+        net.send(0x580 + NODE, struct.pack("<BHB", 0x43, 0x1018, 4) + first, after=0.001)
+        net.send(0x580 + NODE, struct.pack("<BHB", 0x43, 0x1018, 4) + second, after=0.0013)
+    return beats(net, {NODE: 2}, ((0, PRE_OPERATIONAL),)).frames()
+
+
+def test_two_identities_are_two_devices() -> None:
+    assert problems(answers(b"\1\2\3\4", b"\1\2\3\5")) == [("duplicate-node-id", "stands")]
+
+
+@pytest.mark.parametrize("times", [1, 2, 3])
+def test_responses_of_another_server_are_told_from_the_second_one_on(times: int) -> None:
+    net = beats(Network().boot(NODE), {NODE: 8}, ((0, PRE_OPERATIONAL),))
+    for _ in range(times):
+        net.wait(1).send(0x600 + NODE, struct.pack("<BHBI", 0x40, 0x1018, 1, 0))
+        net.send(0x583, struct.pack("<BHBI", 0x43, 0x1018, 1, 0x5A), after=0.001)
+    kinds = [kind for kind, _ in problems(net.frames())]
+    assert ("answer-on-another-id" in kinds) == (times > 1)
+    assert times == 1 or kinds == ["answer-on-another-id"]
+
+
+def guarded(answered: int) -> Frames:
+    """Guarding requests each 200 ms, answered so many times, and a PDO each second."""
+    net = Network().boot(NODE)
+    for at in range(40):
+        net.wait(0.2).send(0x700 + NODE, remote=True)
+        if at < answered:
+            net.send(0x700 + NODE, bytes([0x05 | at % 2 * 0x80]), after=0.001)
+        if at % 5 == 0:
+            net.send(0x180 + NODE, bytes([at, 0]), after=0.05)
+    return net.frames()
+
+
+def test_a_pdo_is_no_answer_to_guarding() -> None:
+    assert problems(guarded(20)) == [("guarding-unanswered", "stands")]
+    assert problems(guarded(40)) == []
+
+
+@pytest.mark.parametrize(("count", "expected"), [(40, []), (120, [("commands-not-taken", "unknown")])])
+def test_commands_to_a_node_that_is_never_started(count: int, expected: list[Problem]) -> None:
+    net = beats(Network().boot(NODE), {NODE: 4}, ((0, PRE_OPERATIONAL),)).wait(0.5)
+    net.cyclic(0x200 + NODE, period=0.5 if count > 100 else 0.02, payloads=[b"\x0f\0"] * (count // 20))
+    assert problems(net.frames()) == expected
+
+
+@pytest.mark.parametrize("lasting", [5.0, 0.5])
+def test_a_steady_pdo_that_is_not_sent_any_more(lasting: float) -> None:
+    net = beats(two_nodes(), {NODE: LONG})
+    count = round((LONG - 0.5 - lasting) / 0.05)
+    net.cyclic(0x180 + NODE, period=0.05, payloads=[bytes([at // 4 % 256, 0]) for at in range(count)])
+    assert problems(net.frames()) == ([("pdo-missing", "stands")] if lasting > 3 else [])
+
+
+def test_a_frame_has_its_own_line_first_behind_a_step_of_the_clock() -> None:
+    """What became due before the step is said below the frame that shows it."""
+    stamps = [10.476893, 10.578493, 10.682093, 10.789493, 10.891193, 10.942193, 10.997293]
+    lines = [f"({2305843000 + at:.6f}) can0 080#" for at in stamps] + ["(2.220000) can0 104#02"]
+    data = "\n".join(lines).encode() + b"\n"
+    text = session_output([data], name="a.log", output_format="text", lang="en").decode()
+    assert sum(not line.startswith("#") for line in text.splitlines()) == len(lines)
+
+
+ENDS: list[Callable[[], Frames]] = [lambda: slower(3, until=12), lambda: sync(2, until=7)]
+
+
+@pytest.mark.parametrize("make", ENDS)
+def test_what_has_ended_is_not_open(make: Callable[[], Frames]) -> None:
+    assert [status for _, status in problems(make())] == ["over"]
+
+
+def test_the_followers_are_known() -> None:
+    """A neighbour without any fault: the same network with a synchronous PDO in each cycle."""
+    net = beats(two_nodes(), {NODE: LONG})
+    net.sync(period=0.01, count=1200, followers=[Follower(0x180 + NODE, lambda cycle: bytes([cycle % 256, 0]))])
+    assert problems(net.frames()) == []
