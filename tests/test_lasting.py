@@ -30,19 +30,24 @@ def two_nodes(seconds: float = LONG) -> Network:
     return beats(started(NODE, OTHER), {OTHER: seconds})
 
 
-def slower(factor: float, until: float = 30) -> Frames:
-    """Heartbeats that come more slowly from 4 s on, and as before from `until` on."""
+def slower(factor: float, until: float = 30, since: float = 4) -> Frames:
+    """Heartbeats that come more slowly from a time on, 4 s, and as before from `until` on."""
     net = two_nodes(20)
     at = 0.0
     while at < 20:
         net.send(0x700 + NODE, b"\x05", after=at)
-        at += PERIOD * (factor if 4 <= at < until else 1)
+        at += PERIOD * (factor if since <= at < until else 1)
     return net.frames()
 
 
 @pytest.mark.parametrize("factor", [1.5, 2, 3, 4, 6, 8])
 def test_slower_heartbeats_are_open(factor: float) -> None:
     assert problems(slower(factor)) == [("heartbeat-irregular", "stands")]
+
+
+@pytest.mark.parametrize("since", [6, 12, 16, 17])
+def test_slower_heartbeats_are_open_wherever_they_begin(since: float) -> None:
+    assert problems(slower(3, since=since)) == [("heartbeat-irregular", "stands")]
 
 
 @pytest.mark.parametrize("period", [0.1, 0.5, 1.0, 1.5])

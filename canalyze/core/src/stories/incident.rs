@@ -278,6 +278,8 @@ pub(super) struct Clue {
     pub(super) least: u64,
     /// True if no frame shows at the end of the capture whether it goes on.
     pub(super) unsettled: bool,
+    /// True if the last frames show that it goes on.
+    pub(super) lasts: bool,
 }
 
 impl Incident {

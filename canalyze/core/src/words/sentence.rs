@@ -157,6 +157,7 @@ fn drive_word(out: &mut Vec<u8>, lang: Lang, index: u16, word: u16) {
 /// trailing zeros.
 pub fn duration(out: &mut Vec<u8>, ns: i64) {
     let (unit, name) = match ns.unsigned_abs() {
+        0 => (1_000_000_000, " s"),
         0..1_000_000 => (1_000, " µs"),
         1_000_000..1_000_000_000 => (1_000_000, " ms"),
         _ => (1_000_000_000, " s"),
@@ -200,7 +201,7 @@ mod tests {
     #[test]
     fn durations() {
         for (ns, text) in [
-            (0, "0 µs"),
+            (0, "0 s"),
             (350_000, "350 µs"),
             (1_500, "1.5 µs"),
             (1_200_000, "1.2 ms"),

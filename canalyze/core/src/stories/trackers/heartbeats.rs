@@ -96,8 +96,18 @@ impl MissingHeartbeats {
 
     /// Concludes at the end of the capture.
     pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
-        // Heartbeats that are back at their period are no finding.
+        // Heartbeats that are back at their period are no finding, nor are those after the first late one.
         for (node, (period, run)) in &self.periods {
+            let late = |one: &Incident| {
+                let counts = one.kind == IncidentKind::HeartbeatIrregular && one.subject.node == Some(*node);
+                counts && one.clue.least > one.repeats.count
+            };
+            let place = scene.ledger.last(scene.id, late);
+            if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place))
+                && one.ns("expected").is_some_and(|usual| *period > usual + usual / 4 && *run >= STEADY)
+            {
+                (one.clue.least, one.clue.lasts, one.end) = (1, true, None);
+            }
             let changed = |one: &Incident| {
                 one.kind == IncidentKind::HeartbeatIrregular && one.end.is_none() && one.subject.node == Some(*node)
             };

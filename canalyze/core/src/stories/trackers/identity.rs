@@ -186,20 +186,21 @@ impl Identities {
     fn elsewhere(&mut self, node: u8, found: (Mux, FrameRef, FrameRef, CanId), scene: &mut Scene<'_>) {
         let (mux, mut begin, mut at, id) = found;
         let known = self.elsewhere.get(&node).copied();
+        let mut twice = false;
         if (0x581..=0x5FF).contains(&id.raw()) && known.is_none() {
             // Of another server two responses show it.
             if self.requested >> (id.raw() & 0x7F) & 1 != 0 {
                 return;
             }
             match self.strange.insert(node, (id, begin, at)) {
-                Some((before, first, then)) if before == id => (begin, at) = (first, then),
+                Some((before, first, then)) if before == id => (begin, at, twice) = (first, then, true),
                 _ => return,
             }
         }
         let kind = IncidentKind::AnswerElsewhere;
         let place = known.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, at));
         let Some((place, one)) = place.and_then(|place| Some((place, scene.ledger.get_mut(place)?))) else { return };
-        if known.is_some() {
+        if known.is_some() || twice {
             one.again(begin);
         }
         one.fact("object", Quantity::Object(mux));

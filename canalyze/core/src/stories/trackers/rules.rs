@@ -330,7 +330,7 @@ impl RuleIncidents {
     pub(in crate::stories) fn finish(&mut self, end: FrameRef, scene: &mut Scene<'_>) {
         stopped_together(scene);
         for (place, last) in self.last.drain(..) {
-            let Some(one) = scene.ledger.get_mut(place) else { continue };
+            let Some(one) = scene.ledger.get_mut(place).filter(|one| !one.clue.lasts) else { continue };
             let mean = last.since(one.begin).map(|all| all / one.repeats.count.max(2) as i64);
             let rest = end.since(last);
             let goes_on = mean.zip(rest).is_some_and(|(mean, rest)| rest < mean.saturating_mul(3));
