@@ -72,6 +72,7 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
         IncidentKind::ResetAgain => vec![say::MASTER_BOOT],
         IncidentKind::AnotherDevice => vec![say::DEVICE],
         IncidentKind::AnswerElsewhere => vec![say::SDO_PARAMETER],
+        IncidentKind::ReadInVain if aborted(one, |code| code.meaning() == 0x0606_0000) => vec![say::MANUAL],
         IncidentKind::ReadInVain => vec![say::EDS],
         IncidentKind::RpdoStopped => vec![say::CONTROL_PROGRAM],
         IncidentKind::NotTaken => vec![say::COB_IDS],

@@ -192,6 +192,14 @@ fn untimed(one: &Incident) -> Option<Measured> {
         return client_aborted(one);
     }
     Some(match (one.kind, get("code"), get("object")) {
+        (IncidentKind::ReadInVain, _, Some(Quantity::Object(object))) => match get("abort") {
+            Some(Quantity::Abort(abort)) => Saying::ReadInVain { object, count: one.repeats.count, abort }.into(),
+            _ => return None,
+        },
+        (IncidentKind::AnswerElsewhere, _, Some(Quantity::Object(object))) => match get("id") {
+            Some(Quantity::Id(id)) => Saying::Elsewhere { object, id, count: one.repeats.count }.into(),
+            _ => return None,
+        },
         (IncidentKind::NodeAbsent, ..) if one.end.is_some() => Saying::HeardLater.into(),
         (IncidentKind::AxisFault, Some(Quantity::Emcy(code, profile)), _) => {
             Saying::FaultOnce { code: (code, profile) }.into()

@@ -27,6 +27,9 @@ const COMMANDS: u64 = 2;
 const KEPT: usize = 256;
 /// The history of errors: reading beyond its end is usual.
 const ERROR_HISTORY: u16 = 0x1003;
+/// The abort codes of a hardware error, and of a resource that is not available.
+const HARDWARE: u32 = 0x0606_0000;
+const RESOURCE: u32 = 0x060A_0023;
 /// The abort code of an object without data at this time.
 const NO_DATA: u32 = 0x0800_0024;
 
@@ -54,6 +57,17 @@ impl Tries {
             one.repeats.count = self.count;
             one.repeats.since = at;
         }
+    }
+}
+
+/// Returns the number of refused reads of an object that are a problem: one of an object that each device has (CiA 301,
+/// 7.5.2), and two with an error of the device.
+fn least(mux: Mux, abort: u32) -> u64 {
+    let mandatory = matches!((mux.index, mux.sub), (0x1000 | 0x1001, 0) | (0x1018, 0..=1));
+    match abort {
+        0x0602_0000 | 0x0609_0011 if mandatory => 1,
+        HARDWARE | RESOURCE => 2,
+        _ => READS,
     }
 }
 
@@ -86,7 +100,8 @@ impl InVain {
                     return;
                 }
                 let tries = self.reads.entry(key).or_insert(Tries::new(transfer.first));
-                tries.again(transfer.last, (IncidentKind::ReadInVain, transfer.node, READS), scene);
+                let least = least(mux, abort.code.meaning());
+                tries.again(transfer.last, (IncidentKind::ReadInVain, transfer.node, least), scene);
                 if let Some(one) = tries.place.and_then(|place| scene.ledger.get_mut(place)) {
                     one.fact("object", Quantity::Object(mux));
                     one.fact("abort", Quantity::Abort(abort.code));
