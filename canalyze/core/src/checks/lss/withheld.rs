@@ -85,8 +85,12 @@ impl Withheld {
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         let Some(first) = self.first else { return };
         let waiting = std::mem::take(&mut self.waiting);
+        // Requests of a master alone are LSS if each of them is valid; their responses may be filtered.
+        let alone = !self.answered && self.valid as u64 == self.frames && self.valid >= VALID;
         let enough = self.answered && self.valid >= VALID.max(waiting.len() * VALID);
-        if enough || waiting.iter().all(|finding| finding.code == Code::Lss012) {
+        if alone {
+            waiting.into_iter().filter(|finding| finding.code == Code::Lss012).for_each(|finding| cx.report(finding));
+        } else if enough || waiting.iter().all(|finding| finding.code == Code::Lss012) {
             waiting.into_iter().for_each(|finding| cx.report(finding));
         } else {
             cx.report(Finding { at: first, ..cx.verdict(Code::Lss030, None, None, None) });
