@@ -601,8 +601,13 @@ impl OfBus {
         if let Some(one) = errors.and_then(|place| ledger.get_mut(place)) {
             one.end = one.end.map(|end| if end.no < self.heard.last_error.no { self.heard.last_error } else { end });
         }
-        for place in before..ledger.all.len() {
-            links::link(ledger, place, id);
+        for place in 0..ledger.all.len() {
+            // A node may have been found lost after a request to it.
+            let asked = |one: &&incident::Incident| one.kind == IncidentKind::RequestUnanswered && one.cause.is_none();
+            let late = ledger.get(place).filter(asked).is_some_and(|one| one.bus == id && !one.merged);
+            if place >= before || late {
+                links::link(ledger, place, id);
+            }
         }
         links::scanned(ledger, id);
         self.emergencies.finish(scene!(self, ledger, bus, id, end));
