@@ -5,6 +5,7 @@ What it must not do: test the words of a problem.
 
 from __future__ import annotations
 
+import random
 import struct
 from collections.abc import Callable
 
@@ -181,4 +182,40 @@ def test_the_followers_are_known() -> None:
     """A neighbour without any fault: the same network with a synchronous PDO in each cycle."""
     net = beats(two_nodes(), {NODE: LONG})
     net.sync(period=0.01, count=1200, followers=[Follower(0x180 + NODE, lambda cycle: bytes([cycle % 256, 0]))])
+    assert problems(net.frames()) == []
+
+
+@pytest.mark.parametrize("odd", [1, 100])
+def test_a_length_that_returns_has_ended(odd: int) -> None:
+    net = beats(two_nodes(), {NODE: LONG})
+    for at in range(230):
+        net.send(0x180 + NODE, bytes(6 if at < 100 or at >= 100 + odd else 4), after=at * 0.05)
+    assert problems(net.frames()) in ([("pdo-length", "over")], [])
+
+
+@pytest.mark.parametrize("index", [0x1800, 0x1A00])
+def test_a_pdo_that_is_configured_anew_may_stop(index: int) -> None:
+    net = beats(two_nodes(), {NODE: LONG})
+    net.cyclic(0x180 + NODE, period=0.05, payloads=[bytes([at // 4 % 256, 0]) for at in range(120)]).wait(6)
+    net.write(NODE, index, *((1, 0x8000_0185, 4) if index == 0x1800 else (0, 0, 1)))
+    assert problems(net.frames()) == []
+
+
+@pytest.mark.parametrize("factor", [2, 6, 10])
+def test_faster_heartbeats_are_no_second_device(factor: int) -> None:
+    net = beats(started(OTHER), {OTHER: 20}).boot(NODE)
+    at = 0.5
+    while at < 20:
+        net.send(0x700 + NODE, b"\x05", after=at)
+        at += 1.0 if at < 10 else 1.0 / factor
+    assert "duplicate-node-id" not in [kind for kind, _ in problems(net.frames())]
+
+
+@pytest.mark.parametrize("jitter", [0.001, 0.002])
+@pytest.mark.parametrize("seed", range(4))
+def test_jitter_is_no_change_of_the_period_of_sync(jitter: float, seed: int) -> None:
+    chance = random.Random(seed)
+    net = beats(two_nodes(), {NODE: LONG})
+    for cycle in range(round(LONG / 0.02)):
+        net.send(0x080, after=cycle * 0.02 + chance.uniform(0, jitter))
     assert problems(net.frames()) == []

@@ -9,13 +9,13 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 63_900;
+const WHOLE: usize = 64_040;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
     // With the rows inside other text.
-    ("bytes", 10_830),
-    ("checks", 7_470),
+    ("bytes", 10_880),
+    ("checks", 7_490),
     ("evidence", 3_350),
     ("lib", 50),
     ("python", 1_120),
@@ -24,7 +24,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("session", 2_780),
     ("settings", 1_310),
     // With ends that a frame shows, second devices, and periods that stay changed.
-    ("stories", 6_460),
+    ("stories", 6_520),
     ("tables", 6_110),
     // The transfers of CANopen FD.
     ("usdo", 1_030),

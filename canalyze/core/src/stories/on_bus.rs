@@ -58,9 +58,11 @@ fn is_uneven(finding: &Finding) -> bool {
         Some(Quantity::Ns(ns)) => Some(ns),
         _ => None,
     };
-    // Of a series beside another both are the same.
-    let apart = gap("one").zip(gap("other")).map(|(one, other)| one.saturating_sub(other).saturating_abs());
-    apart.is_some_and(|apart| (1..UNEVEN_NS).contains(&apart))
+    let Some((one, other)) = gap("one").zip(gap("other")) else { return false };
+    let apart = one.saturating_sub(other).saturating_abs();
+    // Of a series beside another both are nearly the same; twice as many without one are of a shorter period.
+    let series = apart.saturating_mul(4) < one.saturating_add(other);
+    if series { apart == 0 } else { apart < UNEVEN_NS }
 }
 
 /// The open incidents of one bus.
@@ -176,6 +178,7 @@ impl OfBus {
 
     fn transfer(&mut self, transfer: &Transfer, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
         self.drives.transfer(transfer);
+        self.pdos.transfer(transfer);
         self.motions.transfer(transfer, scene!(self, ledger, bus, id, at));
         self.emergencies.transfer(transfer, scene!(self, ledger, bus, id, at));
         self.boots.transfer(transfer, &self.heard);
@@ -292,12 +295,15 @@ impl OfBus {
         let (at, id) = (frame.reference(), frame.bus);
         if !self.found.is_empty() {
             let pdo = Some((data.transmit, data.number));
-            let mut ends = vec![Ends::Pdo];
+            let mut ends = vec![Ends::Pdo, Ends::Former];
             if self.found.measures() && fits(&data.content, frame) {
                 ends.push(Ends::Length);
             }
             for ends in ends {
-                self.found.sign(Sign { pdo, ..Sign::of(ends, Some(data.node)) }, scene!(self, ledger, bus, id, at));
+                self.found.sign(
+                    Sign { pdo, length: frame.len.into(), ..Sign::of(ends, Some(data.node)) },
+                    scene!(self, ledger, bus, id, at),
+                );
             }
         }
         self.drives.pdo(data, frame, scene!(self, ledger, bus, id, at));

@@ -29,6 +29,8 @@ pub(super) enum Ends {
     Pdo,
     /// The PDO with the length of its mapping.
     Length,
+    /// The PDO with the length that it had before.
+    Former,
     /// An active controller.
     Controller,
     /// An active controller or any frame, since a controller that is off receives none.
@@ -105,7 +107,7 @@ pub(super) const SIGNS: &[SignRow] = &[
     (Code::Pdo016, IncidentKind::PdoConfiguration, 1, Ends::Never),
     (Code::Pdo018, IncidentKind::PdoNotAllowed, 1, Ends::Never),
     (Code::Pdo020, IncidentKind::SharedCobId, 1, Ends::Never),
-    (Code::Pdo021, IncidentKind::PdoLength, 1, Ends::Once),
+    (Code::Pdo021, IncidentKind::PdoLength, 1, Ends::Former),
     (Code::Sdo001, IncidentKind::DamagedTransfer, 1, Ends::Transferred),
     (Code::Sdo002, IncidentKind::RequestUnanswered, 1, Ends::Answered),
     (Code::Sdo003, IncidentKind::DamagedTransfer, 1, Ends::Transferred),

@@ -158,7 +158,7 @@ fn drive_word(out: &mut Vec<u8>, lang: Lang, index: u16, word: u16) {
 pub fn duration(out: &mut Vec<u8>, ns: i64) {
     let (unit, name) = match ns.unsigned_abs() {
         0 => (1_000_000_000, " s"),
-        0..1_000_000 => (1_000, " µs"),
+        1..1_000_000 => (1_000, " µs"),
         1_000_000..1_000_000_000 => (1_000_000, " ms"),
         _ => (1_000_000_000, " s"),
     };

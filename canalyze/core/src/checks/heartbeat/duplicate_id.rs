@@ -141,6 +141,10 @@ impl DuplicateId {
             return;
         }
         let other = recent.sum::<i64>() / (ADDITIONAL as i64 - 1);
+        if !self.gaps.iter().any(|gap| *gap < other / 4 * 3) {
+            // One stream, which is faster: no heartbeat comes between.
+            return;
+        }
         self.find(node, Hbt004::Series { one: period, other }, last, cx);
     }
 

@@ -32,6 +32,8 @@ const EACH_WAY: u32 = 2;
 const UNSTEADY_USUAL_PART: i64 = 15;
 /// Uncertainty of the period across a stall of the recorder, as a part of its length.
 const ACROSS_PART: i64 = 64;
+/// Part of a gap's deviation that is added to the mean of the deviations.
+const JITTER_PART: i64 = 16;
 /// Minimum number of gaps in a mean.
 const MEANT: u64 = 8;
 /// The shortest period of a producer, in ns; shorter gaps come from a buffer.
@@ -90,6 +92,8 @@ pub struct SyncPeriod {
     unsteady: Unsteady,
     /// The period before the last change of it, in ns.
     former_ns: Option<i64>,
+    /// Mean deviation of the recent gaps, in ns.
+    jitter_ns: i64,
     /// The last SYNC before a stall of the recorder, its cycle, and the possibility of a restart since.
     across: Option<(When, u64, Restart)>,
     /// The maximum difference between the listing delays of the last SYNCs, in ns, if a PDO shows it.
@@ -369,17 +373,21 @@ impl SyncPeriod {
             }
             return;
         }
+        let agreed_ns = (room / 2).min(period / 16);
+        let off_ns = gap.ns.saturating_sub(period).saturating_abs();
+        self.jitter_ns = self.jitter_ns.saturating_add(off_ns.saturating_sub(self.jitter_ns) / JITTER_PART);
         if new
             && !self.second.two
-            && let Learnt::Changed { from_ns, to_ns, since } =
-                self.period.take(gap.ns, (room / 2).min(period / 16), gap.now.at)
+            && let Learnt::Changed { from_ns, to_ns, since } = self.period.take(gap.ns, agreed_ns, gap.now.at)
         {
             // A bus that was silent for long and goes on at another period was set up anew.
             let anew = self.behind.late.is_some_and(|late| late.silent && late.ns / PAUSE > period);
             self.behind = LateSync::default();
             (self.second.extra, self.calm_from, self.former_ns) = (0, gap.cycle, Some(from_ns));
             (self.unsteady.long, self.unsteady.short) = (0, 0);
-            if !anew {
+            // Gaps that agree only roughly, or are uneven all the time, may have another mean by chance.
+            let least_ns = self.jitter_ns.max(2 * agreed_ns);
+            if !anew && from_ns.saturating_sub(to_ns).saturating_abs() > least_ns {
                 out.push(Irregular::Changed(from_ns, to_ns, since));
             }
             return;

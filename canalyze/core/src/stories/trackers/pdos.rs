@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::{CanId, Frame, FrameRef};
+use crate::checks::pdo::configuration::pdo_parameter;
 use crate::rules::finding::Quantity;
+use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::stories::incident::{Grade, StepRole, Subject};
 use crate::stories::kinds::IncidentKind;
 use crate::stories::ledger::LedgerPlace;
@@ -153,6 +155,16 @@ impl Pdos {
                     one.stopped = scene.ledger.open(kind, scene.id, subject, one.last, scene.at);
                 }
             }
+        }
+    }
+
+    /// Processes the end of an SDO transfer: a PDO that is configured anew may be sent otherwise.
+    pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer) {
+        let written = transfer.direction == Direction::Download && transfer.outcome.status == Status::Ok;
+        let pdo = transfer.mux.filter(|_| written).and_then(|mux| pdo_parameter(mux.index));
+        if let Some((_, true, number)) = pdo {
+            self.timed.remove(&(transfer.node, number));
+            self.cyclic.retain(|key, one| *key != (transfer.node, true, number) || one.stopped.is_some());
         }
     }
 

@@ -44,6 +44,8 @@ pub(in crate::stories) struct Sign {
     pub(in crate::stories) ends: Ends,
     pub(in crate::stories) node: Option<u8>,
     pub(in crate::stories) pdo: Option<(bool, u16)>,
+    /// Length of the PDO in bytes.
+    pub(in crate::stories) length: u64,
     pub(in crate::stories) object: Option<Mux>,
     /// The node has booted.
     pub(in crate::stories) boot_up: bool,
@@ -52,7 +54,7 @@ pub(in crate::stories) struct Sign {
 impl Sign {
     /// Makes a sign of a node, or of the bus.
     pub(in crate::stories) fn of(ends: Ends, node: Option<u8>) -> Self {
-        Self { ends, node, pdo: None, object: None, boot_up: false }
+        Self { ends, node, pdo: None, length: 0, object: None, boot_up: false }
     }
 }
 
@@ -87,7 +89,7 @@ impl RuleIncidents {
             finding.object.and_then(|mux| pdo_parameter(mux.index)).map(|(_, transmit, number)| (transmit, number));
         // A period that stays another one counts from the first time on.
         let stays = match code {
-            Code::Hbt007 | Code::Pdo021 => true,
+            Code::Hbt007 => true,
             Code::Hbt001 => constant(finding, "reason") == Some("period"),
             Code::Syn003 => finding.measured().is_some_and(|all| all.get("expected").is_some()),
             _ => false,
@@ -160,7 +162,7 @@ impl RuleIncidents {
                     (Some(before), Some(now)) => before == now,
                     _ => false,
                 };
-                if period(["from", "to"]) || period(["expected", "period"]) || period(["before", "found"]) {
+                if period(["from", "to"]) || period(["expected", "period"]) {
                     one.ends(finding.at);
                     return None;
                 }
@@ -170,6 +172,11 @@ impl RuleIncidents {
                         one.fact(name, value);
                     }
                 }
+                return None;
+            }
+            // Single late or early SYNCs at a change of the period.
+            let changed = one.measured().is_some_and(|all| all.get("expected").is_some() && all.get("gap").is_none());
+            if code == Code::Syn003 && !stays && changed && one.end.is_none() {
                 return None;
             }
             // The cause of what seemed to be single late or early ones, or lost heartbeats.
@@ -302,7 +309,11 @@ impl RuleIncidents {
             if *ends == Ends::Written && sign.object.map(Quantity::Object) != one.get("object") {
                 return true;
             }
-            if *ends != sign.ends || !of_node || !after || (matches!(ends, Ends::Pdo | Ends::Length) && !of_pdo) {
+            let of_one = matches!(ends, Ends::Pdo | Ends::Length | Ends::Former);
+            if *ends == Ends::Former && Some(Quantity::Count(sign.length)) != one.get("before") {
+                return true;
+            }
+            if *ends != sign.ends || !of_node || !after || of_one && !of_pdo {
                 return true;
             }
             if sign.boot_up {
@@ -317,7 +328,7 @@ impl RuleIncidents {
                 Ends::Written => Saying::WrittenAgain,
                 Ends::Sync => Saying::SyncAgain,
                 Ends::Pdo => Saying::PdoAgain,
-                Ends::Length => Saying::LengthFits,
+                Ends::Length | Ends::Former => Saying::LengthFits,
                 _ => Saying::Recovered,
             };
             one.step(at, StepRole::Recovery, said, None);

@@ -24,6 +24,8 @@ pub(super) struct RowLayout {
     pub(super) counted: bool,
     /// The rows stand inside other text.
     pub(super) prose: bool,
+    /// Only a service of CANopen shows that the rows are frames.
+    pub(super) weak: bool,
 }
 
 /// Reads a line as a heading: it names an identifier and bytes.
@@ -75,8 +77,8 @@ pub(super) fn heading(text: &[u8]) -> Option<RowLayout> {
 
 impl RowLayout {
     pub(super) fn new(separator: Separator) -> Self {
-        let (filled, long_length, named, decimal, base, counted, prose) = Default::default();
-        Self { separator, columns: Vec::new(), filled, long_length, named, decimal, base, counted, prose }
+        let (filled, long_length, named, decimal, base, counted, (prose, weak)) = Default::default();
+        Self { separator, columns: Vec::new(), filled, long_length, named, decimal, base, counted, prose, weak }
     }
 
     /// Reads a row below a heading, whose length may not be that of its bytes.
@@ -149,6 +151,6 @@ impl RowLayout {
         let (id, data) = (row.id.map_or(0, |(id, _)| id), row.data.get(..row.count).unwrap_or_default());
         let sdo = matches!(id, 0x581..=0x5FF | 0x601..=0x67F) && data.len() == 8;
         let control = matches!(id, 0x701..=0x77F) && matches!(data, [0 | 4 | 5 | 0x7F]);
-        row.length.is_some() && told || sdo || control
+        row.length.is_some() && told && !self.weak || sdo || control
     }
 }

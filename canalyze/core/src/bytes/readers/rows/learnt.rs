@@ -67,6 +67,15 @@ pub(super) fn guess(text: &[u8], long_length: bool) -> Option<(RowLayout, Row<'_
     while let Some(column) = words.last().and_then(|word| trailing(word)) {
         tail.insert(0, (column, words.pop()?));
     }
+    if let Some((last, before)) = words.split_last().map(|(last, before)| (*last, before.to_vec()))
+        && matches!(last.len(), 4..=16)
+        && last.len().is_multiple_of(2)
+        && is_hex(last)
+        && before.iter().any(|word| identifier(word))
+    {
+        // All bytes are in one word.
+        words = before.into_iter().chain(last.chunks(2)).collect();
+    }
     let run = words.iter().rev().take_while(|word| word.len() == 2 && is_hex(word)).count();
     let mut begin = words.len() - run;
     let mut row = Row::default();

@@ -46,7 +46,8 @@ fn words(line: &[u8]) -> Vec<Word<'_>> {
         let digits = before.is_some_and(u8::is_ascii_digit) && after.is_some_and(u8::is_ascii_digit);
         let piece = line.get(begin..place).unwrap_or_default();
         // A comma may be that of a number, as behind a time of day.
-        let comma = *byte == b',' && !(digits && piece.contains(&b':'));
+        let time = piece.contains(&b':') && piece.iter().all(|byte| byte.is_ascii_digit() || b"[(:.-T".contains(byte));
+        let comma = *byte == b',' && !(digits && time);
         if !(is_blank(*byte) || matches!(byte, b'"' | b';' | b'|' | b'`' | b'\'') || comma) {
             continue;
         }
@@ -61,6 +62,12 @@ fn words(line: &[u8]) -> Vec<Word<'_>> {
             && is_opening(*first)
         {
             text = rest;
+        }
+        if piece == b":"
+            && let Some(last) = all.last_mut()
+        {
+            let last: &mut Word<'_> = last;
+            last.colon = true;
         }
         if !text.is_empty() && all.len() < WORDS {
             all.push(Word {
@@ -132,14 +139,22 @@ pub(super) fn guess(line: &[u8], known: bool) -> Option<(RowLayout, Row<'_>)> {
     columns.push(Id(16));
     columns.extend(row.length.map(|_| Length));
     columns.push(Data);
-    let layout = RowLayout { columns, prose: true, ..RowLayout::new(Separator::Blanks) };
+    // Other protocols have numbers and bytes, too.
+    let said = words.get(place).is_some_and(|word| is_named(word, place, &words))
+        || columns.contains(&Channel(1))
+        || line.windows(3).any(|word| word.eq_ignore_ascii_case(b"can"));
+    let layout = RowLayout { columns, prose: true, weak: !said, ..RowLayout::new(Separator::Blanks) };
     row.whole().map(|row| (layout, row))
 }
 
 /// Returns true if a line that cannot be read was meant as a row: bytes follow an identifier with a mark.
 pub(super) fn is_meant(line: &[u8]) -> bool {
     let words = words(line);
-    let place = (0..words.len()).find(|place| is_marked(&words, *place));
+    let named = |place: &usize| {
+        let word = words.get(*place).filter(|word| is_hex(pure(word.text)));
+        word.is_some_and(|word| is_named(word, *place, &words))
+    };
+    let place = (0..words.len()).find(|place| is_marked(&words, *place) || named(place));
     let behind = place.and_then(|place| words.get(place + 1..)).unwrap_or_default();
     behind.iter().filter(|word| is_byte(word.text)).count() > 1
 }
@@ -190,14 +205,15 @@ fn found<'a>(words: &[Word<'a>], place: usize, known: bool) -> Option<Row<'a>> {
         let count = match listed {
             Some((count, used)) => {
                 row.length = Some(count);
-                rest.get(..used)?.iter().try_for_each(|word| row.bytes(pure(word.text)))?;
+                rest.get(..used)?.iter().try_for_each(|word| take(&mut row, word.text))?;
                 return Some(row).filter(|row| marked || known || next.bracketed || is_service(row));
             }
             None => bytes(words.get(at..)?, None),
         };
         if let Some(used) = count {
-            words.get(at..at + used)?.iter().try_for_each(|word| row.bytes(pure(word.text)))?;
-            return Some(row).filter(|row| marked || is_service(row));
+            words.get(at..at + used)?.iter().try_for_each(|word| take(&mut row, word.text))?;
+            return Some(row)
+                .filter(|row| marked || is_service(row) || known && at == place + 1 && plain(words, place));
         }
         match side(next.text) {
             Some(side) => row.direction = Some(side),
@@ -238,7 +254,10 @@ fn bytes(words: &[Word<'_>], listed: Option<usize>) -> Option<usize> {
         let digit = digits.iter().any(u8::is_ascii_digit);
         (4..=2 * CLASSIC).contains(&digits.len()) && digits.len().is_multiple_of(2) && is_hex(digits) && digit
     });
+    let grouped = words.first().map_or(0, |word| groups(word.text).count());
     match (listed, joined) {
+        (Some(count), _) if grouped > 1 && grouped == count => Some(1),
+        (None, _) if (2..=CLASSIC).contains(&grouped) && is_end(words.get(1..), grouped) => Some(1),
         (Some(count), Some(word)) if word.len() == 2 * count => Some(1),
         (Some(count), _) => (run == count).then_some(run),
         // A long number with a prefix may be any.
@@ -254,6 +273,33 @@ fn is_end(rest: Option<&[Word<'_>]>, count: usize) -> bool {
     let Some((first, others)) = rest.and_then(<[Word<'_>]>::split_first) else { return true };
     let remark = first.text.starts_with(b"#") || first.text.starts_with(b"//") || first.text.starts_with(b"--");
     remark || count == CLASSIC && !is_byte(first.text) || others.is_empty() && first.whole.len() == count && count > 2
+}
+
+/// Iterates over the bytes of a word that has signs between them; of none if it is no such word.
+fn groups(word: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let sign = word.get(2).copied().filter(|sign| matches!(sign, b'-' | b':' | b'.' | b'_'));
+    let valid =
+        sign.is_some_and(|sign| word.split(|byte| *byte == sign).all(|group| group.len() == 2 && is_hex(group)));
+    let sign = sign.unwrap_or_default();
+    word.split(move |byte| *byte == sign).filter(move |_| valid)
+}
+
+/// Adds the bytes of a word.
+fn take<'a>(row: &mut Row<'a>, word: &'a [u8]) -> Option<()> {
+    if groups(word).next().is_some() {
+        groups(word).try_for_each(|group| row.bytes(group))
+    } else {
+        row.bytes(pure(word))
+    }
+}
+
+/// Returns true if nothing but times, numbers, directions and buses stands before a word.
+fn plain(words: &[Word<'_>], place: usize) -> bool {
+    let known = |word: &Word<'_>| {
+        let number = word.text.iter().all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b':' | b'-' | b'/'));
+        number || is_bus(word.text) || side(word.text).is_some()
+    };
+    words.get(..place).is_some_and(|head| head.iter().all(known))
 }
 
 /// Returns the digits of a word without `0x` before them or `h` behind them.
