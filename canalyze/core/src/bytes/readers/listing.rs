@@ -6,7 +6,7 @@
 
 use super::candump::lex::{is_blank, is_hex, skip_blanks};
 use super::{FilePlace, Item, Marker};
-use crate::bytes::frame::Buses;
+use crate::bytes::frame::{Buses, Direction};
 
 /// A line that marks omitted rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,6 +86,18 @@ pub enum Digits {
     Decimal,
     /// A byte of a single digit, and none as above: decimal, or damaged.
     Single,
+}
+
+/// Words for the direction of a frame, seen from the host, in lower case.
+const DIRECTIONS: &[(Direction, &[&str])] = &[
+    (Direction::Tx, &["tx", "txrq", "send", "sending", "sent", "transmit", "transmitted", "发送"]),
+    (Direction::Rx, &["rx", "recv", "receive", "receiving", "received", "接收"]),
+];
+
+/// Returns the direction that a word names, in capital or small letters.
+pub fn direction(word: &[u8]) -> Option<Direction> {
+    let is = |known: &&str| word.eq_ignore_ascii_case(known.as_bytes());
+    DIRECTIONS.iter().find(|(_, names)| names.iter().any(|known| is(&known))).map(|(way, _)| *way)
 }
 
 /// Returns the form that the words for bytes show together.

@@ -557,39 +557,32 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> LineContent {
     what
 }
 
-/// Words before a frame that say what it is, and its direction; no interface has such a name.
-const SAID: [(&str, Option<Direction>); 24] = [
-    ("sent", Some(Direction::Tx)),
-    ("send", Some(Direction::Tx)),
-    ("sending", Some(Direction::Tx)),
-    ("out", Some(Direction::Tx)),
-    ("t", Some(Direction::Tx)),
-    ("tx", Some(Direction::Tx)),
-    ("received", Some(Direction::Rx)),
-    ("receive", Some(Direction::Rx)),
-    ("recv", Some(Direction::Rx)),
-    ("in", Some(Direction::Rx)),
-    ("r", Some(Direction::Rx)),
-    ("rx", Some(Direction::Rx)),
-    ("request", None),
-    ("response", None),
-    ("answer", None),
-    ("reply", None),
-    ("client", None),
-    ("server", None),
-    ("master", None),
-    ("slave", None),
-    ("sdo", None),
-    ("pdo", None),
-    ("emcy", None),
-    ("heartbeat", None),
+/// Words before a frame that say what it is, beside those for its direction; no interface has such a name.
+const KINDS: [&str; 12] = [
+    "request",
+    "response",
+    "answer",
+    "reply",
+    "client",
+    "server",
+    "master",
+    "slave",
+    "sdo",
+    "pdo",
+    "emcy",
+    "heartbeat",
 ];
 
-/// Returns the direction of a word that says what a frame is; `None` for others.
+/// Returns the direction, if any, in a word that says what a frame is; `None` for other words.
 fn said(word: &[u8]) -> Option<Option<Direction>> {
     let end = word.iter().rposition(|byte| byte.is_ascii_alphanumeric()).map_or(0, |end| end + 1);
-    let word = word.get(..end)?;
-    SAID.iter().find(|(known, _)| word.eq_ignore_ascii_case(known.as_bytes())).map(|(_, way)| *way)
+    let word = word.get(..end)?.to_ascii_lowercase();
+    match word.as_slice() {
+        b"t" | b"out" => Some(Some(Direction::Tx)),
+        b"r" | b"in" => Some(Some(Direction::Rx)),
+        _ if KINDS.iter().any(|kind| kind.as_bytes() == word) => Some(None),
+        _ => listing::direction(&word).map(Some),
+    }
 }
 
 /// Returns true for a word before an identifier that labels the column and is not an interface.

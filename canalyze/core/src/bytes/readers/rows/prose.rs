@@ -3,7 +3,7 @@
 //! `Mar  2 10:11:12 host candump[123]:  can0  60A   [8]  40 08 10 ..`, `DEBUG canopen.network Sending 0x60A: 40 08 10 ..`,
 //! `I (1234) TWAI: RX id=0x58A dlc=8 data=43 00 10 ..`, `$ cansend can0 60A#40081000..`. Words before the identifier and
 //! behind listed bytes are text. A number is an identifier only with a mark: a prefix, a label, a bus before it, a listed
-//! length in brackets, or as an SDO of eight bytes.
+//! length in brackets, or as an SDO of eight bytes. Once a file has shown a layout (`known`), rows need no mark.
 
 use super::columns::Column::{self, Channel, Data, Id, Length, Time};
 use super::columns::{SECOND, Separator};
@@ -18,8 +18,8 @@ const WORDS: usize = 96;
 /// Maximum number of words from the identifier to the bytes.
 const BETWEEN: usize = 9;
 /// Words before an identifier.
-const LABELS: [&str; 12] =
-    ["id", "can-id", "can_id", "canid", "cob-id", "cobid", "cob_id", "arbitration_id", "std", "ext", "xtd", "std id"];
+const LABELS: [&str; 11] =
+    ["id", "can-id", "can_id", "canid", "cob-id", "cobid", "cob_id", "arbitration_id", "std", "ext", "xtd"];
 
 /// Labels of a length.
 const LENGTHS: [&str; 5] = ["dlc", "len", "length", "dl", "size"];
@@ -246,7 +246,7 @@ fn as_sent(text: &[u8]) -> Option<Row<'_>> {
     Some(row)
 }
 
-/// Returns the number of words that hold the bytes: so many as listed, with text behind them, or all up to the end of
+/// Returns the number of words that hold the bytes: as many as listed, with text behind them, or all up to the end of
 /// the row. They are words of two digits, or one word.
 fn bytes(words: &[Word<'_>], listed: Option<usize>) -> Option<usize> {
     let run = words.iter().take_while(|word| is_byte(word.text)).count();
@@ -372,15 +372,12 @@ fn stamp<'a>(line: &'a [u8], head: &[Word<'a>]) -> Option<&'a [u8]> {
     longer.find(|cell| time(cell, SECOND).is_some()).or(Some(word.text))
 }
 
-/// Returns the direction that a word says.
+/// Returns the direction that a word or an arrow shows.
 fn side(word: &[u8]) -> Option<Direction> {
-    let sent = ["->", "=>", ">>", "send", "sending", "sent", "transmit", "transmitted"];
-    let received = ["<-", "<=", "<<", "recv", "receive", "received", "receiving"];
-    let is = |known: &[&str]| known.iter().any(|known| word.eq_ignore_ascii_case(known.as_bytes()));
-    match () {
-        () if is(&sent) => Some(Direction::Tx),
-        () if is(&received) => Some(Direction::Rx),
-        () => direction(word),
+    match word {
+        b"->" | b"=>" | b">>" => Some(Direction::Tx),
+        b"<-" | b"<=" | b"<<" => Some(Direction::Rx),
+        _ => direction(word),
     }
 }
 

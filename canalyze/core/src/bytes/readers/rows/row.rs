@@ -5,6 +5,7 @@ use super::columns::{MICROSECOND, MILLISECOND, SECOND};
 use super::times::{number, time};
 use crate::bytes::frame::{Direction, Stamp, StampForm};
 use crate::bytes::readers::candump::lex::{byte, is_blank, is_hex, nibble};
+use crate::bytes::readers::listing;
 
 /// Maximum number of bytes of a frame, and of a classic one.
 const BYTES: usize = 64;
@@ -181,14 +182,12 @@ pub(super) fn identifier(word: &[u8]) -> bool {
     long && is_hex(digits)
 }
 
-/// Parses a direction, seen from the host.
-pub(super) fn direction(word: &[u8]) -> Option<Direction> {
-    match word {
-        b"Rx" | b"RX" | b"rx" | b"R" | b"Receive" | b"Received" | b"Recv" => Some(Direction::Rx),
-        b"Tx" | b"TX" | b"tx" | b"T" | b"Transmit" | b"TxRq" | b"Send" | b"Sent" => Some(Direction::Tx),
-        _ if word == "接收".as_bytes() => Some(Direction::Rx),
-        _ if word == "发送".as_bytes() => Some(Direction::Tx),
-        _ => None,
+/// Parses the cell of a direction: a word, or its first letter.
+pub(super) fn direction(cell: &[u8]) -> Option<Direction> {
+    match cell {
+        b"R" => Some(Direction::Rx),
+        b"T" => Some(Direction::Tx),
+        _ => listing::direction(cell),
     }
 }
 
