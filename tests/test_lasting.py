@@ -1,4 +1,4 @@
-"""What lasts is open, over all its magnitudes, until a frame shows its end.
+"""Lasting faults are open until a frame shows their end, over all magnitudes.
 
 What it must not do: test the words of a problem.
 """
@@ -130,7 +130,7 @@ def test_responses_of_another_server_are_told_from_the_second_one_on(times: int)
 
 
 def guarded(answered: int) -> Frames:
-    """Guarding requests each 200 ms, answered so many times, and a PDO each second."""
+    """Guarding requests each 200 ms, the first ones answered, and a PDO each second."""
     net = Network().boot(NODE)
     for at in range(40):
         net.wait(0.2).send(0x700 + NODE, remote=True)
@@ -162,7 +162,7 @@ def test_a_steady_pdo_that_is_not_sent_any_more(lasting: float) -> None:
 
 
 def test_a_frame_has_its_own_line_first_behind_a_step_of_the_clock() -> None:
-    """What became due before the step is said below the frame that shows it."""
+    """What became due before the step stands below the frame that shows it."""
     stamps = [10.476893, 10.578493, 10.682093, 10.789493, 10.891193, 10.942193, 10.997293]
     lines = [f"({2305843000 + at:.6f}) can0 080#" for at in stamps] + ["(2.220000) can0 104#02"]
     data = "\n".join(lines).encode() + b"\n"
@@ -194,7 +194,7 @@ def test_a_length_that_returns_has_ended(odd: int) -> None:
 
 
 @pytest.mark.parametrize("index", [0x1800, 0x1A00])
-def test_a_pdo_that_is_configured_anew_may_stop(index: int) -> None:
+def test_a_pdo_may_stop_after_its_configuration_changed(index: int) -> None:
     net = beats(two_nodes(), {NODE: LONG})
     net.cyclic(0x180 + NODE, period=0.05, payloads=[bytes([at // 4 % 256, 0]) for at in range(120)]).wait(6)
     net.write(NODE, index, *((1, 0x8000_0185, 4) if index == 0x1800 else (0, 0, 1)))

@@ -46,7 +46,7 @@ pub(super) struct OpenTransfer {
     pub(super) asked: Option<When>,
     /// The counter that this request carries.
     pub(super) counter: Option<u8>,
-    /// The counter of the next segment, and true once it has begun anew, which no source describes.
+    /// The counter of the next segment, and true once it has wrapped around, which no source describes.
     pub(super) due: u8,
     pub(super) wrapped: bool,
     pub(super) jump: Option<Jump>,

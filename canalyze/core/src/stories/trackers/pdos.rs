@@ -158,7 +158,7 @@ impl Pdos {
         }
     }
 
-    /// Processes the end of an SDO transfer: a PDO that is configured anew may be sent otherwise.
+    /// Processes the end of an SDO transfer: a PDO whose configuration changed may be sent otherwise.
     pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer) {
         let written = transfer.direction == Direction::Download && transfer.outcome.status == Status::Ok;
         let pdo = transfer.mux.filter(|_| written).and_then(|mux| pdo_parameter(mux.index));
