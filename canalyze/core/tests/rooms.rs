@@ -9,14 +9,15 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 64_040;
+const WHOLE: usize = 64_090;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
     // With the rows inside other text.
     ("bytes", 10_880),
-    ("checks", 7_490),
-    ("evidence", 3_350),
+    ("checks", 7_530),
+    // With learnt event timers.
+    ("evidence", 3_370),
     ("lib", 50),
     ("python", 1_120),
     ("rules", 1_700),
@@ -24,7 +25,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("session", 2_780),
     ("settings", 1_310),
     // With ends that a frame shows, second devices, and periods that stay changed.
-    ("stories", 6_520),
+    ("stories", 6_490),
     ("tables", 6_110),
     // The transfers of CANopen FD.
     ("usdo", 1_030),

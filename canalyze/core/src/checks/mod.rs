@@ -305,6 +305,9 @@ impl Checks {
             }
             None => self.pdo_configuration.sent(node, transmit, number, frame.id),
         }
+        if transmit {
+            self.pdo_timing.learn((node, number), known, frame, cx);
+        }
     }
 
     /// Takes a multiplex PDO.
@@ -350,6 +353,7 @@ impl Checks {
             }
             Message::BootUp { node } => self.pdo_timing.state(node, 0, cx),
             Message::Heartbeat { node, state, .. } => self.pdo_timing.state(node, state, cx),
+            Message::Sync { .. } => self.pdo_timing.synced(cx),
             Message::PdoRequest { transmit: true, number, node } => {
                 if let Some(pdo) = nodes.get(node).and_then(|node| node.pdo(true, number)) {
                     self.pdo_configuration.requested(node, pdo, frame, cx);

@@ -61,14 +61,16 @@ rules! {
             "{found} after the previous one (inhibit time {limit}, tolerance {tolerance})";
     }
 
-    /// 节点处于操作状态, 事件定时器(通信参数子索引05h, 单位ms)到期后TPDO仍未发送: 超过1.5倍时间。
-    /// The node is Operational, but its TPDO was not sent for 1.5 times the event timer (sub-index 05h of the communication parameter, in ms).
+    /// 节点处于操作状态, 事件定时器(通信参数子索引05h, 单位ms)到期后TPDO仍未发送: 超过1.5倍时间。事件定时器未知时, 以数据不变时的最长间隔为准: 超过10倍且至少1 s, 节点仍在发送错误控制报文。
+    /// The node is Operational, but its TPDO was not sent for 1.5 times the event timer (sub-index 05h of the communication parameter, in ms). If that is unknown, for 10 times the longest gap before frames without a change, at least 1 s, while the node gives signs of life.
     ///
     /// 设备太忙, 固件停止了发送, 或者记录中丢帧。
     /// The device is overloaded, its firmware stopped sending, or a frame is missing from the capture.
     Pdo005 "PDO005" "event-timer-late" Warning "CiA 301 7.5.2.37" one [Pdo] {
         message "事件定时器到期而PDO没有发送" "event timer expired without the PDO";
         Overdue { found: Ns, limit: Ns } "已{found}没有发送(事件定时器{limit})" "not sent for {found} (event timer {limit})";
+        Stopped { found: Ns, limit: Ns } "已{found}没有发送(此前最长间隔{limit})"
+            "not sent for {found} (before, {limit} at most)";
     }
 
     /// 多出的字节被接收方忽略; 接收方可发送紧急报文8220h。

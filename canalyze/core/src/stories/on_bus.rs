@@ -585,7 +585,6 @@ impl OfBus {
         self.in_vain.finish(scene!(self, ledger, bus, id, end));
         self.motions.finish(scene!(self, ledger, bus, id, end));
         self.nodes.never_started(scene!(self, ledger, bus, id, end));
-        self.pdos.finish(scene!(self, ledger, bus, id, end));
         self.drives.finish(scene!(self, ledger, bus, id, end));
         self.load.finish(scene!(self, ledger, bus, id, end));
         let mine = ledger.all.iter().any(|one| one.bus == id);

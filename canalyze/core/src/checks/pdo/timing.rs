@@ -2,11 +2,16 @@
 //!
 //! EDS presets are not judged, nor are nodes that were commanded not to send. A gap in the recording is no fault: after
 //! a silence of the whole bus a timer runs on from its end.
+//!
+//! An event timer that nobody has named is learnt ([`Timer`]). As the sender may have other reasons to wait, only many
+//! of its times without the TPDO count, while its node gives signs of life and SYNC, if any, goes on.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::series::Series;
+use crate::bytes::frame::Frame;
 use crate::evidence::obligation::Owed;
+use crate::evidence::period::Timer;
 use crate::evidence::{Obligations, Rules, When};
 use crate::rules::finding::{Code, Finding, Verdict};
 use crate::rules::pdo::{Pdo004, Pdo005, Pdo013};
@@ -30,6 +35,11 @@ const PUNCTUAL_PART: i64 = 6;
 const USUAL: i64 = 3;
 /// First event-driven transmission type.
 const EVENT_DRIVEN: u8 = 254;
+/// Number of learnt event timers, and minimum time in ns, without a TPDO after which it has stopped.
+const STOPPED: i64 = 10;
+const STOPPED_NS: i64 = 1_000_000_000;
+/// Part by which a TPDO that is sent with each SYNC may differ from the cycle.
+const CYCLE_PART: i64 = 8;
 
 /// The key of a PDO: its node, true for a TPDO, its number.
 type TimingKey = (u8, bool, u16);
@@ -42,6 +52,10 @@ pub struct PdoTiming {
     due: Obligations<TimingKey>,
     /// Nodes commanded not to send, or reporting a state in which they do not.
     halted: BTreeSet<u8>,
+    /// The last SYNC.
+    sync: Option<When>,
+    /// The time between the last two, in ns.
+    cycle_ns: Option<i64>,
 }
 
 /// The last frame of a PDO.
@@ -55,6 +69,8 @@ struct Sent {
     requested: bool,
     /// Its event timer or deadline in ns; 0 is none.
     timer_ns: i64,
+    /// The event timer as learnt from its frames, if nobody has named it, and the data of the last one.
+    learnt: Option<(Timer, [u8; 8])>,
     /// The usual excess over the timer, in ns, and the number of gaps that showed it.
     usual_ns: i64,
     gaps: u32,
@@ -73,12 +89,7 @@ impl PdoTiming {
         let name = (node, pdo.transmit, pdo.number);
         let inhibit = pdo.inhibit.filter(|_| pdo.transmit).map_or(0, trusted) * 100_000;
         let timer = pdo.event_timer.map_or(0, trusted) * 1_000_000;
-        if let Some(owed) = self.due.met(name)
-            && !self.overdue(name, owed, cx)
-            && let Some(sent) = self.sent.get_mut(&name)
-        {
-            sent.overdue.keep();
-        }
+        self.came(name, cx);
         let late_ns = cx.evidence.recording.shortens_ns(cx.when, inhibit);
         let sent = self.sent.entry(name).or_default();
         sent.timer_ns = timer;
@@ -86,6 +97,52 @@ impl PdoTiming {
         if timer > 0 && !self.halted.contains(&node) {
             self.due.open(name, Owed { since: cx.when, limit_ns: sent.patience(pdo.transmit), why: None });
         }
+    }
+
+    /// Takes a data frame of a TPDO, and learns its event timer unless that, or a transmission with SYNC, is known.
+    pub fn learn(&mut self, (node, number): (u8, u16), pdo: Option<&Pdo>, frame: &Frame, cx: &mut Context<'_>) {
+        let told = |from: Provenance| from > Provenance::Eds;
+        let with_sync = |pdo: &Pdo| pdo.transmission.is_some_and(|(kind, from)| told(from) && kind < EVENT_DRIVEN);
+        let named = |pdo: &Pdo| with_sync(pdo) || pdo.event_timer.is_some_and(|(_, from)| told(from));
+        if cx.at.t_ns.is_none() || pdo.is_some_and(named) {
+            return;
+        }
+        let name = (node, true, number);
+        self.came(name, cx);
+        let sent = self.sent.entry(name).or_default();
+        let (timer, before) = sent.learnt.get_or_insert_with(|| (Timer::default(), frame.head()));
+        let unchanged = std::mem::replace(before, frame.head()) == frame.head();
+        let recording = &cx.evidence.recording;
+        if let Some(last) = sent.when.replace(cx.when)
+            && let Some(gap) = recording.between(last, cx.when)
+            && recording.teaches(last)
+            && recording.teaches(cx.when)
+        {
+            timer.take(gap, unchanged);
+        }
+        let Some(timer_ns) = timer.ns().filter(|_| !self.halted.contains(&node)) else { return };
+        if self.cycle_ns.is_some_and(|cycle| cycle.abs_diff(timer_ns) <= (cycle / CYCLE_PART).unsigned_abs()) {
+            return;
+        }
+        sent.timer_ns = timer_ns;
+        let limit_ns = timer_ns.saturating_mul(STOPPED).max(STOPPED_NS);
+        self.due.open(name, Owed { since: cx.when, limit_ns, why: None });
+    }
+
+    /// Judges the time up to a frame.
+    fn came(&mut self, name: TimingKey, cx: &mut Context<'_>) {
+        if let Some(owed) = self.due.met(name)
+            && !self.overdue(name, owed, cx)
+            && let Some(sent) = self.sent.get_mut(&name)
+        {
+            sent.overdue.keep();
+        }
+    }
+
+    /// Takes a SYNC.
+    pub fn synced(&mut self, cx: &Context<'_>) {
+        let last = self.sync.replace(cx.when);
+        self.cycle_ns = last.and_then(|last| cx.evidence.recording.between(last, cx.when));
     }
 
     /// Takes a remote frame for a TPDO: the inhibit time does not bind the answer.
@@ -128,6 +185,12 @@ impl PdoTiming {
         let period_ns = if owed.since.at == last.at { sent.timer_ns } else { i64::MAX };
         let held_back =
             recording.was_silent(node, now_ns.saturating_sub(gap.saturating_sub(sent.timer_ns)), period_ns, now_ns);
+        // A TPDO that is learnt may come with SYNC.
+        let learnt = sent.learnt.is_some();
+        let without_sync = |sync: When| recording.between(sync, cx.when).is_none_or(|ns| ns > owed.limit_ns / 2);
+        if learnt && (!cx.evidence.pending.is_watched(Some(node)) || self.sync.is_some_and(without_sync)) {
+            return false;
+        }
         let excused = held_back
             || cx.evidence.circumstances.excuse(Rules::EventPdo, Some(node), (owed.since, cx.at), recording).is_some();
         if excused || !recording.certainly_later(cx.when, owed.since, limit) {
@@ -136,7 +199,11 @@ impl PdoTiming {
         let object = Mux { index: communication_parameter(transmit, number), sub: 5 };
         let (found, limit) = (gap, sent.timer_ns);
         let deadline = || Pdo013::Overdue { found, limit }.into();
-        let what: Verdict = if transmit { Pdo005::Overdue { found, limit }.into() } else { deadline() };
+        let what: Verdict = match transmit {
+            true if learnt => Pdo005::Stopped { found, limit }.into(),
+            true => Pdo005::Overdue { found, limit }.into(),
+            false => deadline(),
+        };
         let finding = cx.verdict(what, Some(node), Some(object), Some(last.at));
         cx.report_of_node(Finding { because_of: sent.overdue.fault(cx.at), ..finding });
         true

@@ -7,6 +7,7 @@
 //! | [`expected`] | does the next frame keep a period that somebody has given? |
 //! | [`recent`] | how often did it come just now, for a screen; how often does it usually come, for a flood? |
 //! | [`pace`] | which period and variation did a complete capture show, to compare it with another? |
+//! | [`timer`] | how long does a sender wait at most although nothing changes? |
 //! | [`spread`] | how are times distributed? |
 //!
 //! Nothing here knows what the frames mean.
@@ -17,6 +18,8 @@ pub mod learnt;
 pub mod pace;
 pub mod recent;
 pub mod spread;
+pub mod timer;
 
 pub use gaps::Gaps;
 pub use learnt::{Confidence, Expected, Learnt, Period};
+pub use timer::Timer;

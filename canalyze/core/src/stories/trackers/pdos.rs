@@ -6,7 +6,7 @@ use crate::bytes::frame::{CanId, Frame, FrameRef};
 use crate::checks::pdo::configuration::pdo_parameter;
 use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Direction, Status, Transfer};
-use crate::stories::incident::{Grade, StepRole, Subject};
+use crate::stories::incident::{StepRole, Subject};
 use crate::stories::kinds::IncidentKind;
 use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
@@ -17,12 +17,7 @@ use crate::world::event::ProcessData;
 /// Number of SYNC cycles in a row with the PDO after which it is expected in each, and without it after which it has
 /// stopped.
 const CYCLES: u32 = 20;
-/// Number of frames that show the longest gap of a TPDO.
-const STEADY: u32 = 100;
-/// Number of longest gaps, and minimum time in ns, without a TPDO after which it has stopped.
-const GAPS: i64 = 50;
-const GONE_NS: i64 = 3_000_000_000;
-/// Number of those with the data of the cycle before, or of cycles in all, from which it is not sent by changes.
+/// Number of cycles with the data of the one before, or of cycles in all, from which it is not sent by changes.
 const UNCHANGED: u32 = 10;
 const MANY: u32 = 10 * CYCLES;
 /// Number of SYNC cycles in a row with two different frames, each as in the cycle before, that two senders make.
@@ -65,19 +60,6 @@ pub(in crate::stories) struct Pdos {
     /// By node, true for a TPDO, and number.
     cyclic: BTreeMap<(u8, bool, u16), Cyclic>,
     untaken: BTreeMap<u32, Untaken>,
-    /// TPDOs by node and number.
-    timed: BTreeMap<(u8, u16), Timed>,
-}
-
-/// A TPDO that may come by an event timer.
-#[derive(Clone, Copy, Debug)]
-struct Timed {
-    last: FrameRef,
-    head: [u8; 8],
-    longest_ns: i64,
-    frames: u32,
-    /// Number of frames with the data of the one before, which are not sent by changes.
-    same: u32,
 }
 
 impl Pdos {
@@ -86,14 +68,6 @@ impl Pdos {
         let at = frame.reference();
         if !self.untaken.is_empty() && !data.transmit {
             self.taken(frame.id, at, scene);
-        }
-        if data.transmit && (self.timed.len() < KEPT || self.timed.contains_key(&(data.node, data.number))) {
-            let new = Timed { last: at, head: frame.head(), longest_ns: 0, frames: 0, same: 0 };
-            let one = self.timed.entry((data.node, data.number)).or_insert(new);
-            one.longest_ns = one.longest_ns.max(at.since(one.last).unwrap_or(0));
-            one.frames = one.frames.saturating_add(1);
-            one.same = one.same.saturating_add(u32::from(one.frames > 1 && one.head == frame.head()));
-            (one.last, one.head) = (at, frame.head());
         }
         if scene.heard.sync_period_ns.is_none() {
             return;
@@ -163,35 +137,12 @@ impl Pdos {
         let written = transfer.direction == Direction::Download && transfer.outcome.status == Status::Ok;
         let pdo = transfer.mux.filter(|_| written).and_then(|mux| pdo_parameter(mux.index));
         if let Some((_, true, number)) = pdo {
-            self.timed.remove(&(transfer.node, number));
             self.cyclic.retain(|key, one| *key != (transfer.node, true, number) || one.stopped.is_some());
-        }
-    }
-
-    /// Records TPDOs that came steadily, also without changes, and have not been sent for long at the end of the capture
-    /// although their node goes on.
-    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
-        for ((node, number), one) in std::mem::take(&mut self.timed) {
-            let steady = one.frames >= STEADY && one.same >= UNCHANGED;
-            let rest = scene.at.since(one.last).unwrap_or(0);
-            let over = rest >= one.longest_ns.saturating_mul(GAPS).max(GONE_NS);
-            let runs = scene.bus.state(node) == Some(OPERATIONAL)
-                && scene.heard.last(node).is_some_and(|last| last.no > one.last.no);
-            let told = scene.ledger.all.iter().any(|other| other.bus == scene.id && other.subject.concerns(node));
-            if !steady || !over || !runs || told || !is_unknown(node, number, scene) {
-                continue;
-            }
-            let subject = Subject { pdo: Some((true, number)), ..Subject::node(node) };
-            let place = scene.ledger.open(IncidentKind::PdoMissing, scene.id, subject, one.last, scene.at);
-            if let Some(incident) = place.and_then(|place| scene.ledger.get_mut(place)) {
-                incident.grade = Grade::Likely;
-            }
         }
     }
 
     /// Processes the boot-up of a node, or a command that stops it: no RPDO is expected.
     pub(in crate::stories) fn stopped(&mut self, node: u8) {
-        self.timed.retain(|(of, _), _| node != 0 && *of != node);
         self.cyclic.retain(|(of, ..), one| (node != 0 && *of != node) || one.stopped.is_some());
     }
 

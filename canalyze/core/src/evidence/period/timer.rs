@@ -1,0 +1,64 @@
+//! The longest time that a sender waits although nothing changes: an event timer that nobody has named.
+//!
+//! A sender that only reports changes does not repeat what it has said. If it does, always after the same time, and
+//! never waits for longer, then a timer makes it send.
+
+/// Part of the longest gap by which the gaps of one timer differ.
+const EVEN_PART: i64 = 16;
+/// Number of unchanged frames after the longest gap that show a timer.
+const SHOWN: u32 = 10;
+
+/// A timer that is being learnt.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Timer {
+    longest_ns: i64,
+    /// Number of unchanged frames after a gap of that length.
+    reached: u32,
+}
+
+impl Timer {
+    /// Learns from a gap in ns; `unchanged`: the frame behind it says the same as the one before.
+    pub fn take(&mut self, gap_ns: i64, unchanged: bool) {
+        let room_ns = self.longest_ns / EVEN_PART;
+        if gap_ns > self.longest_ns.saturating_add(room_ns) {
+            (self.longest_ns, self.reached) = (gap_ns, 0);
+        }
+        let reaches = gap_ns > 0 && gap_ns >= self.longest_ns.saturating_sub(room_ns);
+        self.reached = self.reached.saturating_add(u32::from(unchanged && reaches));
+    }
+
+    /// Returns the time in ns, once it is shown.
+    pub fn ns(&self) -> Option<i64> {
+        (self.reached >= SHOWN).then_some(self.longest_ns)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn taught(gaps: &[(i64, bool)]) -> Option<i64> {
+        let mut timer = Timer::default();
+        gaps.iter().for_each(|(gap_ns, unchanged)| timer.take(*gap_ns, *unchanged));
+        timer.ns()
+    }
+
+    #[test]
+    fn changes_between_hide_no_timer() {
+        let gaps: Vec<_> = (0..30).map(|at| if at % 3 == 0 { (17, false) } else { (200, true) }).collect();
+        assert_eq!(taught(&gaps), Some(200));
+    }
+
+    #[test]
+    fn changes_alone_show_none() {
+        assert_eq!(taught(&[(200, false); 100]), None);
+        assert_eq!(taught(&[(200, true); 9]), None);
+    }
+
+    #[test]
+    fn a_longer_gap_shows_that_there_was_none() {
+        let mut gaps = vec![(200, true); 20];
+        gaps.push((700, false));
+        assert_eq!(taught(&gaps), None);
+    }
+}
