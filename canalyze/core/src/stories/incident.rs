@@ -292,6 +292,10 @@ impl Incident {
     }
 
     pub(super) fn add(&mut self, step: IncidentStep) {
+        let same = |other: &IncidentStep| other.at.no == step.at.no && other.said == step.said;
+        if self.steps.last().is_some_and(same) {
+            return;
+        }
         if self.steps.len() < STEPS {
             self.steps.push(step);
         } else {
@@ -369,9 +373,10 @@ impl Incident {
         at.since(self.repeats.since).is_some_and(|since| (0..=ns).contains(&since))
     }
 
-    /// Returns true if it ended at most `ns` before a frame.
+    /// Returns true if it has ended, at most `ns` before a frame; or after that, if it had begun: a finding may come late.
     pub fn ended_within(&self, at: FrameRef, ns: i64) -> bool {
-        self.end.and_then(|end| at.since(end)).is_some_and(|since| (0..=ns).contains(&since))
+        let since = self.end.and_then(|end| at.since(end));
+        since.is_some_and(|since| since <= ns && (since >= 0 || at.no >= self.begin.no))
     }
 
     /// Returns true if a frame belongs to its facts.
