@@ -417,12 +417,14 @@ fn configured_wrongly(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     (pair.same_node && other && same && pair.cause.has("refused")).then_some((Grade::Likely, pair.delay))
 }
 
-/// L14: a master that got no answer, or a refusal, does not start the node.
+/// L14: a master that got no answer, or a refusal, does not start the node; one that starts no node waits for that one
+/// (CiA 302-2, mandatory slaves).
 fn boot_cut_short(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let waits = matches!(pair.effect.kind, NotStarted | BootStuck)
         || pair.effect.kind == StartWithoutEffect && pair.cause.kind == ProgramFailed;
     let cut = pair.cause.has("refused") || matches!(pair.cause.kind, RequestUnanswered | IdentityMismatch);
-    (pair.same_node && waits && cut).then_some((Grade::Likely, pair.delay.saturating_abs()))
+    let all_wait = pair.effect.has("started_nodes") && pair.cause.end.is_none();
+    (waits && cut && (pair.same_node || all_wait)).then_some((Grade::Likely, pair.delay.saturating_abs()))
 }
 
 /// L4: a node with an error leaves Operational, or does not reach it (1029h).

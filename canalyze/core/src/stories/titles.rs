@@ -41,7 +41,9 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
             None => Saying::Absent { at }.into(),
         },
         IncidentKind::NotStarted => match get("object") {
-            Some(Quantity::Object(object)) => Saying::NeverStarted { at, object }.into(),
+            Some(Quantity::Object(object)) if one.subject.nodes.count_ones() < 2 => {
+                Saying::NeverStarted { at, object }.into()
+            }
             _ => return None,
         },
         IncidentKind::LateAnswer => match (get("object"), ns("delay"), ns("waited")) {

@@ -108,12 +108,19 @@ impl Boots {
             if told || !(stuck || boot.booted && boot.reads > 0) {
                 continue;
             }
-            let (kind, begin) =
-                if stuck { (IncidentKind::BootStuck, boot.first) } else { (IncidentKind::NotStarted, boot.begin) };
-            let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), begin, boot.last) else { return };
+            // Only the end of the capture shows that no start command came.
+            let (kind, begin, noticed) = if stuck {
+                (IncidentKind::BootStuck, boot.first, boot.last)
+            } else {
+                (IncidentKind::NotStarted, boot.begin, scene.at)
+            };
+            let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), begin, noticed) else { return };
             if let Some(one) = scene.ledger.get_mut(place) {
                 one.grade = Grade::Likely;
                 one.fact("reads", Quantity::Count(boot.reads));
+                if running == 0 {
+                    one.fact("started_nodes", Quantity::Count(0));
+                }
                 if let Some(object) = boot.step {
                     one.fact("object", Quantity::Object(object));
                 }

@@ -1,0 +1,70 @@
+"""One fault is one problem, whatever follows from it.
+
+What it must not do: test the words of a problem, or how a fault ends.
+"""
+
+from __future__ import annotations
+
+import struct
+
+import pytest
+from captures import log_text
+from diagnoses import ABOVE_HARMLESS, diagnosed
+from kinds_of_nodes import NODE, PERIOD, beats
+from network import PRE_OPERATIONAL, START, Frames, Network
+
+OTHERS = (7, 9)
+REFUSED = 0x0609_0030
+
+
+def roots(frames: Frames) -> list[str]:
+    """Kind of each root above harmless."""
+    said = diagnosed(log_text(frames))
+    return [one["incident"] for one in said.incidents if not one["cause"] and one["status"] in ABOVE_HARMLESS]
+
+
+@pytest.mark.parametrize(("times", "expected"), [(1, "node-restarted"), (2, "node-restarted"), (5, "restart-loop")])
+@pytest.mark.parametrize("apart", [1.0, 2.0, 4.0])
+def test_restarts_of_a_node_that_starts_itself(times: int, expected: str, apart: float) -> None:
+    """Its boot-ups are judged only after some time, when it has long been Operational again."""
+    net = Network().live(7, period=PERIOD, seconds=24, states=((0, 5),))
+    boots = [4 + apart * number for number in range(times)]
+    beat = 0.0
+    while beat < 24:
+        net.send(0x700 + NODE, b"\x05", after=beat)
+        due = [boot for boot in boots if beat < boot <= beat + PERIOD]
+        if due:
+            net.send(0x700 + NODE, b"\x00", after=due[0])
+            beat = due[0]
+        beat += PERIOD
+    assert roots(net.frames()) == [expected]
+
+
+def boots(*, refused: bool, running: bool) -> Frames:
+    """A master reads each node, writes to one, and starts all or none of them."""
+    net = Network()
+    for node in (*OTHERS, NODE):
+        net.boot(node)
+        net.exchange(node, struct.pack("<BHBI", 0x40, 0x1000, 0, 0), struct.pack("<BHBI", 0x43, 0x1000, 0, 0x191))
+    written = struct.pack("<BHBI", 0x80 if refused else 0x60, 0x1800, 2, REFUSED if refused else 0)
+    net.exchange(NODE, struct.pack("<BHBI", 0x2F, 0x1800, 2, 1), written)
+    if running:
+        net.nmt(START, 0)
+    net.sync(period=0.05, count=240)
+    state = 5 if running else PRE_OPERATIONAL
+    for node in (*OTHERS, NODE):
+        net = beats(net, {node: 12}, ((0, state),))
+    return net.frames()
+
+
+def test_a_master_that_starts_none_waits_for_the_node_that_refused() -> None:
+    said = diagnosed(log_text(boots(refused=True, running=False)))
+    root, *follow = (one for one in said.incidents if one["status"] in ABOVE_HARMLESS)
+    assert (root["incident"], root["cause"]) == ("mapping-refused", None)
+    assert {one["incident"] for one in follow} == {"not-started"}
+    assert all(one["cause"]["id"] == root["id"] for one in follow)
+
+
+def test_nodes_that_are_not_started_for_another_reason() -> None:
+    assert set(roots(boots(refused=False, running=False))) == {"not-started"}
+    assert roots(boots(refused=False, running=True)) == []
