@@ -21,6 +21,8 @@ const PROMPT_NS: i64 = 500_000_000;
 const SUPPLY_NS: i64 = 200_000_000;
 /// Maximum number of heartbeat periods for which a consumer waits, if its time is not known.
 pub(super) const PERIODS: i64 = 5;
+/// Producer heartbeat time (CiA 301, 7.5.2.19).
+const PRODUCER_TIME: u16 = 0x1017;
 /// Number of SYNC periods within which consumers report its loss.
 const SYNCS: i64 = 30;
 
@@ -44,6 +46,7 @@ type CauseRule = (u8, fn(&Pair<'_>) -> Option<(Grade, i64)>);
 const RULES: &[CauseRule] = &[
     (0, said_by_the_finding),
     (1, loss_reported),
+    (13, no_heartbeats),
     (2, guarding_stopped),
     (3, commanded_reset_reported),
     (5, rpdo_without_source),
@@ -415,6 +418,15 @@ fn configured_wrongly(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     }
     let same = pdo.is_none() || pdo == pair.cause.subject.pdo;
     (pair.same_node && other && same && pair.cause.has("refused")).then_some((Grade::Likely, pair.delay))
+}
+
+/// L13: a producer that refused its heartbeat time sends no heartbeats.
+fn no_heartbeats(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let Pair { cause, effect, delay, .. } = *pair;
+    let time = matches!(cause.get("object"), Some(Quantity::Object(object)) if object.index == PRODUCER_TIME);
+    let watched = effect.clue.watched.is_empty() || pair.limit().is_some();
+    let misses = time && cause.has("refused") && pair.reported(LIFE_GUARD) && watched && !pair.alone();
+    (misses && delay >= 0).then_some((Grade::Likely, 0))
 }
 
 /// L14: a master that got no answer, or a refusal, does not start the node; one that starts no node waits for that one

@@ -18,7 +18,7 @@ pub(super) fn link(ledger: &mut Ledger, place: LedgerPlace, bus: BusId) {
     let Some(new) = ledger.get(place).cloned() else { return };
     for other in recent {
         let Some(one) = ledger.get(other) else { continue };
-        let late = new.noticed.since(one.noticed).is_none_or(|since| since.saturating_abs() <= WINDOW_NS);
+        let late = new.noticed.since(one.noticed).is_none_or(|since| since <= WINDOW_NS);
         if other == place || !late || one.cause.is_some_and(|link| link.grade == Grade::Certain) {
             continue;
         }
@@ -69,7 +69,9 @@ fn touches(cause: &Incident, effect: &Incident) -> bool {
         (IncidentKind::HeartbeatIrregular, Some(period)) => period.saturating_mul(PERIODS),
         _ => LATE_NS,
     };
-    let before = effect.noticed.since(cause.begin).is_none_or(|since| since >= -early);
+    // A node that is never started goes on waiting.
+    let waits = effect.kind == IncidentKind::NotStarted;
+    let before = waits || effect.noticed.since(cause.begin).is_none_or(|since| since >= -early);
     let after = cause.end.is_none_or(|end| effect.begin.since(end).is_none_or(|since| since <= WINDOW_NS));
     before && after
 }

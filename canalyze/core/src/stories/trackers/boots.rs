@@ -10,7 +10,7 @@ use crate::bytes::frame::FrameRef;
 use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
-use crate::stories::incident::{Grade, StepRole, Subject, bit};
+use crate::stories::incident::{Grade, Incident, StepRole, Subject, bit};
 use crate::stories::kinds::IncidentKind;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::{Heard, Scene};
@@ -41,6 +41,8 @@ struct Boot {
 #[derive(Clone, Debug, Default)]
 pub(in crate::stories) struct Boots {
     waiting: BTreeMap<u8, Boot>,
+    /// True once the NMT master has started a node.
+    starts: bool,
 }
 
 impl Boots {
@@ -54,6 +56,7 @@ impl Boots {
 
     /// Removes nodes started by the NMT master, one bit each.
     pub(in crate::stories) fn started(&mut self, nodes: u128) {
+        self.starts |= nodes != 0;
         if !self.waiting.is_empty() {
             self.waiting.retain(|node, _| nodes & bit(*node) == 0);
         }
@@ -94,31 +97,31 @@ impl Boots {
             let long = scene.at.since(boot.begin).is_some_and(|since| since >= WAITING_NS);
             // A network in which SYNC goes on is meant to run, whatever else is on it.
             let cycles = scene.heard.sync.since(boot.begin).is_some_and(|since| since >= WAITING_NS);
+            let of_node = |one: &&Incident| one.bus == scene.id && one.subject.concerns(node) && one.end.is_none();
+            let mut open = scene.ledger.all.iter().filter(of_node);
+            let commanded = open.clone().any(|one| one.kind == IncidentKind::CommandsNotTaken);
+            let meant_to_run = running & !bit(node) != 0 || cycles || commanded;
             let rest = scene.heard.last(node).and_then(|last| scene.at.since(last)).unwrap_or(i64::MAX);
             let here = rest <= scene.bus.heartbeat_period(node).unwrap_or(0).saturating_mul(2).max(WAITING_NS / 2);
-            if !long || !here || running & !bit(node) == 0 && !cycles || scene.heard.is_operational(node) {
+            if !long || !here || !meant_to_run || scene.heard.is_operational(node) {
                 continue;
             }
             // An incident since then explains why it is not Operational.
-            let told = scene.ledger.all.iter().any(|one| {
-                let lost = one.end.is_none() && !one.has("refused") && one.kind != IncidentKind::RequestUnanswered;
-                one.bus == scene.id && one.subject.concerns(node) && lost && one.kind != IncidentKind::NodeAbsent
+            let told = open.any(|one| {
+                use IncidentKind::{CommandsNotTaken, NodeAbsent, RequestUnanswered};
+                !one.has("refused") && !matches!(one.kind, RequestUnanswered | NodeAbsent | CommandsNotTaken)
             });
             let stuck = boot.reads >= READS && !boot.configured;
             if told || !(stuck || boot.booted && boot.reads > 0) {
                 continue;
             }
-            // Only the end of the capture shows that no start command came.
-            let (kind, begin, noticed) = if stuck {
-                (IncidentKind::BootStuck, boot.first, boot.last)
-            } else {
-                (IncidentKind::NotStarted, boot.begin, scene.at)
-            };
-            let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), begin, noticed) else { return };
+            let (kind, begin) =
+                if stuck { (IncidentKind::BootStuck, boot.first) } else { (IncidentKind::NotStarted, boot.begin) };
+            let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), begin, boot.last) else { return };
             if let Some(one) = scene.ledger.get_mut(place) {
                 one.grade = Grade::Likely;
                 one.fact("reads", Quantity::Count(boot.reads));
-                if running == 0 {
+                if !self.starts {
                     one.fact("started_nodes", Quantity::Count(0));
                 }
                 if let Some(object) = boot.step {
