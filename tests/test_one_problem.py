@@ -10,7 +10,7 @@ import struct
 import pytest
 from captures import log_text
 from diagnoses import ABOVE_HARMLESS, diagnosed
-from kinds_of_nodes import NODE, PERIOD, beats
+from kinds_of_nodes import NODE, PERIOD, beats, started
 from network import PRE_OPERATIONAL, START, Frames, Network
 
 OTHERS = (7, 9)
@@ -68,3 +68,20 @@ def test_a_master_that_starts_none_waits_for_the_node_that_refused() -> None:
 def test_nodes_that_are_not_started_for_another_reason() -> None:
     assert set(roots(boots(refused=False, running=False))) == {"not-started"}
     assert roots(boots(refused=False, running=True)) == []
+
+
+@pytest.mark.parametrize("away", [2.0, 5.0])
+@pytest.mark.parametrize(("state", "open_"), [(PRE_OPERATIONAL, True), (5, False)])
+def test_two_nodes_of_one_segment_that_are_back(away: float, state: int, open_: bool) -> None:
+    """They come back without a boot-up, after they left Operational or not, 0.1 s apart."""
+    lost = (3, 4)
+    net = beats(started(3, 4, 5, 6), dict.fromkeys((5, 6), 16.0) | dict.fromkeys(lost, 4.0))
+    for number, node in enumerate(lost):
+        net.now += 4 + away + number * 0.1
+        net.live(node, period=PERIOD, seconds=12 - away, states=((0, state),))
+        net.now -= 4 + away + number * 0.1
+    said = diagnosed(log_text(net.frames()))
+    (told,) = (one for one in said.incidents if not one["cause"] and one["status"] in ABOVE_HARMLESS)
+    assert (told["incident"], told["status"]) == ("segment-lost", "stands" if open_ else "over")
+    assert "then back" in told["message"]
+    assert ("not all Operational" in told["message"]) == open_

@@ -97,10 +97,11 @@ fn says_why(one: &Incident) -> bool {
 }
 
 fn back(one: &Incident) -> Tell {
-    match (one.has("boot_up") || matches!(one.kind, IncidentKind::NodeRestarted | IncidentKind::RestartLoop), one.end) {
-        (true, _) => BOOTED,
-        (false, Some(_)) => RETURNED,
-        (false, None) => AWAY,
+    match one.kind {
+        IncidentKind::NodeRestarted | IncidentKind::RestartLoop => BOOTED,
+        _ if one.has("boot_up") => BOOTED,
+        _ if one.is_back() => RETURNED,
+        _ => AWAY,
     }
 }
 

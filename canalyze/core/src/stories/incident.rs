@@ -280,6 +280,8 @@ pub(super) struct Clue {
     pub(super) unsettled: bool,
     /// True if the last frames show that it goes on.
     pub(super) lasts: bool,
+    /// Lost nodes that were heard again since, one bit each.
+    pub(super) back: u128,
 }
 
 impl Incident {
@@ -363,7 +365,7 @@ impl Incident {
 
     /// Begins it again with this frame.
     pub fn again(&mut self, since: FrameRef) {
-        self.end = None;
+        (self.end, self.clue.back) = (None, 0);
         self.repeats.count += 1;
         self.repeats.since = since;
     }
@@ -377,6 +379,11 @@ impl Incident {
     pub fn ended_within(&self, at: FrameRef, ns: i64) -> bool {
         let since = self.end.and_then(|end| at.since(end));
         since.is_some_and(|since| since <= ns && (since >= 0 || at.no >= self.begin.no))
+    }
+
+    /// Returns true if all its nodes were heard again after they were lost.
+    pub(super) fn is_back(&self) -> bool {
+        self.end.is_some() || self.subject.nodes & !self.clue.back == 0
     }
 
     /// Returns true if a frame belongs to its facts.

@@ -1,6 +1,6 @@
 //! The title line of an incident, from its kind and its facts.
 
-use super::incident::{Incident, Status, StepRole};
+use super::incident::{Incident, Status};
 use super::kinds::IncidentKind;
 use super::sayings::Saying;
 use crate::rules::Measured;
@@ -23,15 +23,20 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
         IncidentKind::NodeSilent if count > 1 => Saying::SilentOften { at, count }.into(),
         IncidentKind::NodeSilent => match (ns("silence"), get("boot_up"), one.end, ns("period")) {
             (Some(silence), Some(_), ..) => Saying::SilentAndBooted { at, silence }.into(),
-            (Some(silence), None, None, _) if one.steps.iter().any(|step| step.role == StepRole::Recovery) => {
-                Saying::SilentAndWaits { at, silence }.into()
-            }
+            (Some(silence), None, None, _) if one.is_back() => Saying::SilentAndWaits { at, silence }.into(),
             (_, _, Some(end), _) => Saying::SilentAndBack { at, silence: end.since(one.begin).unwrap_or(0) }.into(),
             (.., Some(period)) => Saying::Silent { at, period }.into(),
             _ => Saying::SilentSince { at }.into(),
         },
         IncidentKind::HeartbeatStopped => Saying::HeartbeatStopped { at }.into(),
-        IncidentKind::SegmentLost => Saying::Segment { at, count: one.subject.nodes.count_ones().into() }.into(),
+        IncidentKind::SegmentLost => {
+            let count = one.subject.nodes.count_ones().into();
+            match (one.is_back(), one.end) {
+                (true, Some(_)) => Saying::SegmentAndBack { at, count }.into(),
+                (true, None) => Saying::SegmentAndWaits { at, count }.into(),
+                (false, _) => Saying::Segment { at, count }.into(),
+            }
+        }
         IncidentKind::NodeRestarted if count == 1 => Saying::Restarted { at }.into(),
         IncidentKind::NodeRestarted | IncidentKind::RestartLoop => Saying::RestartedOften { at, count }.into(),
         IncidentKind::NodeAbsent if one.has("commands") => Saying::AbsentCommanded { at }.into(),

@@ -6,7 +6,7 @@ use super::NodeIncidents;
 use super::losses::lost_with;
 use crate::bytes::frame::FrameRef;
 use crate::rules::finding::{Finding, Quantity};
-use crate::stories::incident::{StepRole, Subject, members};
+use crate::stories::incident::{StepRole, Subject, bit, members};
 use crate::stories::kinds::IncidentKind;
 use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
@@ -113,6 +113,7 @@ impl NodeIncidents {
         });
         let Some(one) = others.and_then(|place| scene.ledger.get_mut(place)) else { return false };
         lost_with(one, node);
+        one.clue.back |= bit(node);
         one.step(at, StepRole::Recovery, Saying::BootedUnasked, Some(finding));
         true
     }
@@ -129,9 +130,9 @@ impl NodeIncidents {
         }
         let at = finding.about().unwrap_or(finding.at);
         let trouble = scene.ledger.last(scene.id, |one| {
-            // It could hear no node while it could not be heard.
+            // It could hear no node while it could not be heard. Others of its segment may still be away.
             let lost = matches!(one.kind, IncidentKind::NodeSilent | IncidentKind::SegmentLost)
-                && one.ended_within(at, REACTION_NS);
+                && (one.end.is_none() || one.ended_within(at, REACTION_NS));
             lost && one.subject.concerns(node)
         });
         let trouble = trouble.or_else(|| {

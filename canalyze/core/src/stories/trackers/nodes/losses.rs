@@ -34,6 +34,7 @@ impl NodeIncidents {
             return;
         }
         one.step(at, StepRole::Recovery, Saying::HeardAgain, None);
+        one.clue.back |= bit(node);
         if let Some(silence) = at.since(one.repeats.since) {
             one.fact("silence", Quantity::Ns(silence));
         }
@@ -187,6 +188,7 @@ impl NodeIncidents {
             if last.since(one.begin).is_some_and(|since| since <= period) && away > period {
                 one.subject.nodes |= bit(node);
                 one.step(scene.at, StepRole::Recovery, Saying::HeardAgain, None);
+                one.clue.back |= bit(node);
                 return;
             }
         }

@@ -90,6 +90,7 @@ impl NodeIncidents {
             self.returned.insert(node, at.no);
             one.step(at, StepRole::Recovery, Saying::BootedUnasked, None);
             one.fact("boot_up", Quantity::Count(1));
+            one.clue.back |= bit(node);
             if let Some(silence) = at.since(one.repeats.since) {
                 one.fact("silence", Quantity::Ns(silence));
             }
