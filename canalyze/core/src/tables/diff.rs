@@ -8,10 +8,9 @@ use crate::views::diff::Comparison;
 use crate::views::diff::difference::Difference;
 use crate::views::diff::digest::Digest;
 use crate::views::diff::stories::StoryDifference;
-use crate::words::Lang;
 use crate::words::diff::{self as words, Phrase, phrase};
 use crate::words::digits::put;
-use crate::words::incidents;
+use crate::words::{Lang, incidents};
 
 /// The context of a report.
 #[derive(Clone, Copy, Debug)]

@@ -15,8 +15,7 @@ use crate::sdo::transfer::{Direction, Transfer};
 use crate::sdo::wire::Mux;
 use crate::tables::csv;
 use crate::tables::jsonl::sdo::{json_value, side};
-use crate::tables::setting::NAMES;
-use crate::tables::setting::{Setting, quoted};
+use crate::tables::setting::{NAMES, Setting, quoted};
 use crate::tables::table::{
     Bytes, ColumnKind, Cx, Hex4, I64, InJson, Json, List, MaybeText, Moment, Name, Piece, Real, Truth, U8, U32s, U64,
     Word, list, table,

@@ -13,8 +13,7 @@ use crate::bytes::select::Select;
 use crate::tables::csv;
 use crate::tables::number::{self, Shape, marked};
 use crate::tables::selection::{Chosen, Selection, Whose};
-use crate::tables::setting::NAMES;
-use crate::tables::setting::Setting;
+use crate::tables::setting::{NAMES, Setting};
 use crate::tables::table::{
     Any, Bytes, Cx, Given, Hex4, I64, Label, MaybeText, Moment, Name, Piece, Real, U8, U64, Word, table,
 };

@@ -9,8 +9,7 @@ use super::{Collector, Ends, TableContext};
 use crate::sdo::transfer::{Hole, Status, Transfer};
 use crate::tables::csv;
 use crate::tables::jsonl::sdo::{abort_or_null, side};
-use crate::tables::setting::NAMES;
-use crate::tables::setting::Setting;
+use crate::tables::setting::{NAMES, Setting};
 use crate::tables::table::{
     AbortDigits, Any, Bytes, Codes, Cx, Duration, Hex4, I64, List, Moment, Name, Real, Text, Truth, Typed, U8, U32,
     U64, Utf8, Word, list, table,

@@ -3,9 +3,8 @@
 //! The command adds `format`, `compression`, `checked` (all that was unpacked has a check sum; null where nothing was)
 //! and `size`, which are not known here.
 
-use super::Setting;
-use super::contents;
 use super::obj::{WriteJson, array, named, obj, raw, text, time};
+use super::{Setting, contents};
 use crate::bytes::frame::{BusId, Stamp, StampForm};
 use crate::bytes::info::{Info, Zone};
 use crate::bytes::readers::listing::LeftOut;

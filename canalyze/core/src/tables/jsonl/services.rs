@@ -12,8 +12,7 @@ use crate::wire::pdo;
 use crate::wire::pdo::Multiplexed;
 use crate::wire::pdo::mapping::Mapping;
 use crate::words::digits::put;
-use crate::words::escape;
-use crate::words::{Lang, signal};
+use crate::words::{Lang, escape, signal};
 use crate::world::event::Addressed;
 use crate::world::od::DataType;
 
