@@ -1,6 +1,6 @@
 """The house order of the package, kept: which part of `canalyze/` may use which, at any place in a file.
 
-`core/tests/layers.rs` does the same for the core. A part is a folder, or a file beside the folders.
+`core/tests/layers/` does the same for the core. A part is a folder, or a file beside the folders.
 """
 
 import ast

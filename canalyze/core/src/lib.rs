@@ -21,7 +21,7 @@
 //! `bytes` (frames, readers, writers) -> `wire` (one frame by itself), `sdo` and `usdo` (transfers) -> `world` (objects,
 //! nodes, the bus) with `evidence` (what the recording did) -> `checks` and `rules` (findings) -> `stories` (problems) ->
 //! `views` and `tables` (output) -> `session` -> `python`. `words` has the languages. README.md of the crate has the way
-//! of a frame and how to add to it; `tests/layers.rs` keeps which module uses which, `tests/rooms.rs` the size of a room.
+//! of a frame and how to add to it; `tests/layers/` keeps which module uses which, `tests/rooms.rs` the size of a room.
 
 /// Returns the rows of a table in `words/`, which `build.rs` has checked and turned into Rust.
 macro_rules! words {
