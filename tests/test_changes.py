@@ -17,13 +17,18 @@ from dataclasses import dataclass
 from functools import cache
 from random import Random
 
-import changes
+import changes_of_nodes
+import changes_of_pdos
+import changes_of_recordings
+import changes_of_services
+import changes_of_states
+import harmless_changes
 import pytest
 from captures import Row, log_text
-from changes import Draw, Traffic
 from clean_sessions import beside, sessions
 from faulty_captures import Faulty
 from test_distortions import findings, happened, key, own_findings
+from traffic import Draw, Traffic
 
 BELOW = {
     "heartbeat gap after a write of 1017h",
@@ -66,35 +71,37 @@ class Class:
 GAPS = (1.5, 2, 3, 5, 10, 20)
 
 CLASSES = [
-    Class("heartbeat gap", "HBT", changes.heartbeat_gap, GAPS),
-    Class("heartbeat gap after a write of 1017h", "HBT", changes.first_gap, GAPS),
-    Class("heartbeat slower than written", "HBT", changes.slower_than_written, (1.2, 1.5, 2, 2.5, 3, 5)),
-    Class("node lost", "HBT", changes.lost),
-    Class("node mute after a reset", "HBT NMT", changes.mute_after_reset),
-    Class("node never back after a reset", "HBT NMT", changes.never_back, (0, 1), SHOULD),
-    Class("boot-up twice", "HBT NMT", changes.boot_up_twice, (2, 10, 50, 150, 300)),
-    Class("command ignored", "NMT", changes.ignored, (3, 5, 10, 20)),
-    Class("command ignored for two heartbeats", "NMT", changes.ignored, (2,), SHOULD),
-    Class("TPDO while not Operational", "PDO", changes.pdo_not_operational, (1, 2, 5)),
-    Class("TPDO after a boot-up", "PDO", changes.pdo_after_boot_up, (1, 2, 5), SHOULD),
-    Class("SDO without answer", "SDO", changes.sdo_no_answer),
-    Class("SDO without answer before a reset", "SDO", changes.unanswered_before_reset, (350, 500, 1000, 1500)),
-    Class("SDO request repeated", "SDO", changes.request_repeated, (0.5, 2, 10, 30, 100), SHOULD),
-    Class("SDO answer repeated", "SDO", changes.answer_repeated, (0.5, 2, 10, 30, 100), SHOULD),
-    Class("event timer exceeded", "PDO", changes.event_timer, (1.5, 2, 3, 5, 10)),
-    Class("PDO stops", "PDO", changes.pdo_stops),
-    Class("LSS without answer", "LSS", changes.lss_no_answer),
-    Class("stamps put on", "CAP", changes.stamps_forward, (1, 10, 60, 3600), SHOULD),
-    Class("CAN-ID taken by another TPDO", "PDO SYN", changes.identifier_taken, (1, 2, 6, 8)),
+    Class("heartbeat gap", "HBT", changes_of_nodes.heartbeat_gap, GAPS),
+    Class("heartbeat gap after a write of 1017h", "HBT", changes_of_nodes.first_gap, GAPS),
+    Class("heartbeat slower than written", "HBT", changes_of_nodes.slower_than_written, (1.2, 1.5, 2, 2.5, 3, 5)),
+    Class("node lost", "HBT", changes_of_nodes.lost),
+    Class("node mute after a reset", "HBT NMT", changes_of_nodes.mute_after_reset),
+    Class("node never back after a reset", "HBT NMT", changes_of_nodes.never_back, (0, 1), SHOULD),
+    Class("boot-up twice", "HBT NMT", changes_of_nodes.boot_up_twice, (2, 10, 50, 150, 300)),
+    Class("command ignored", "NMT", changes_of_states.ignored, (3, 5, 10, 20)),
+    Class("command ignored for two heartbeats", "NMT", changes_of_states.ignored, (2,), SHOULD),
+    Class("TPDO while not Operational", "PDO", changes_of_states.pdo_not_operational, (1, 2, 5)),
+    Class("TPDO after a boot-up", "PDO", changes_of_states.pdo_after_boot_up, (1, 2, 5), SHOULD),
+    Class("SDO without answer", "SDO", changes_of_services.sdo_no_answer),
+    Class(
+        "SDO without answer before a reset", "SDO", changes_of_services.unanswered_before_reset, (350, 500, 1000, 1500)
+    ),
+    Class("SDO request repeated", "SDO", changes_of_services.request_repeated, (0.5, 2, 10, 30, 100), SHOULD),
+    Class("SDO answer repeated", "SDO", changes_of_services.answer_repeated, (0.5, 2, 10, 30, 100), SHOULD),
+    Class("event timer exceeded", "PDO", changes_of_pdos.event_timer, (1.5, 2, 3, 5, 10)),
+    Class("PDO stops", "PDO", changes_of_pdos.pdo_stops),
+    Class("LSS without answer", "LSS", changes_of_services.lss_no_answer),
+    Class("stamps put on", "CAP", changes_of_recordings.stamps_forward, (1, 10, 60, 3600), SHOULD),
+    Class("CAN-ID taken by another TPDO", "PDO SYN", changes_of_pdos.identifier_taken, (1, 2, 6, 8)),
 ]
 
 HARMLESS = [
-    Class("heartbeats with jitter", "", changes.jittered_heartbeats, (0.02, 0.05)),
-    Class("a heartbeat late once", "", changes.late_once, (1.1, 1.2)),
-    Class("a scan of absent nodes", "", changes.scan),
-    Class("a read again", "", changes.read_again, (300, 1000, 2500)),
-    Class("a command that changes nothing", "", changes.command_again),
-    Class("a node powered on late", "", changes.powered_on_late),
+    Class("heartbeats with jitter", "", harmless_changes.jittered_heartbeats, (0.02, 0.05)),
+    Class("a heartbeat late once", "", harmless_changes.late_once, (1.1, 1.2)),
+    Class("a scan of absent nodes", "", harmless_changes.scan),
+    Class("a read again", "", harmless_changes.read_again, (300, 1000, 2500)),
+    Class("a command that changes nothing", "", harmless_changes.command_again),
+    Class("a node powered on late", "", harmless_changes.powered_on_late),
 ]
 
 
