@@ -76,24 +76,6 @@ def silent_from(traffic: Traffic, node: int, at: int, period: int, periods: floa
     return traffic.faulty(kept, at - 1, at + round((periods + 2.6) * period))
 
 
-def slower_for_good(traffic: Traffic, rng: Random, ratio: float) -> Faulty | None:
-    """All heartbeats of a node so many times slower from one on."""
-    found = []
-    for node, period in traffic.producers.items():
-        even = traffic.even_gaps(node)
-        found += [
-            (node, period, before)
-            for place, (before, _) in enumerate(even)
-            if place >= 6 and traffic.end_us - before > 9 * ratio * period and (ratio - 1) * period > LEAST_LATE_US
-            if not any(of == node and at > before for at, of in traffic.boots)
-        ]
-    drawn = chosen(rng, found)
-    if drawn is None:
-        return None
-    node, period, since = drawn
-    return slowed(traffic, node, since, since, ratio, since - 1)
-
-
 def slowed(traffic: Traffic, node: int, since: int, origin: int, ratio: float, first: int) -> Faulty:
     """Heartbeats after a time as far from an origin as the ratio says, in the state of that time."""
     can_id, kept, states = 0x700 + node, [], []

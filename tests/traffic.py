@@ -182,7 +182,3 @@ class Traffic:
 def chosen(rng: Random, found: Iterable[tuple[int, ...]]) -> tuple[int, ...] | None:
     rows = sorted(found)
     return rng.choice(rows) if rows else None
-
-
-def within(frame: CanFrame, since: int, until: int) -> bool:
-    return since < frame.t_us < until

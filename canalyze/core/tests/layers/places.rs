@@ -6,7 +6,7 @@
 use crate::sources::{belongs, is_test, sources};
 
 #[test]
-fn words_for_people_stand_in_text_and_rules() {
+fn words_for_people_stand_in_words_and_rules() {
     for (module, source) in sources() {
         let chinese = source.chars().any(|c| ('\u{4E00}'..='\u{9FFF}').contains(&c));
         // Listings are read in any language.

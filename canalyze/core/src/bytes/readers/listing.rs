@@ -97,7 +97,7 @@ const DIRECTIONS: &[(Direction, &[&str])] = &[
 /// Returns the direction that a word names, in capital or small letters.
 pub fn direction(word: &[u8]) -> Option<Direction> {
     let is = |known: &&str| word.eq_ignore_ascii_case(known.as_bytes());
-    DIRECTIONS.iter().find(|(_, names)| names.iter().any(|known| is(&known))).map(|(way, _)| *way)
+    DIRECTIONS.iter().find(|(_, names)| names.iter().any(is)).map(|(way, _)| *way)
 }
 
 /// Returns the form that the words for bytes show together.
