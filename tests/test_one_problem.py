@@ -85,3 +85,54 @@ def test_two_nodes_of_one_segment_that_are_back(away: float, state: int, open_: 
     assert (told["incident"], told["status"]) == ("segment-lost", "stands" if open_ else "over")
     assert "then back" in told["message"]
     assert ("not all Operational" in told["message"]) == open_
+
+
+def twins(*, shift: float, reads: int, alone: bool = False) -> Frames:
+    """A second device with the same node-ID boots after 4 s, keeps the same period and answers the same requests."""
+    net = beats(started(NODE, 7), {7: 16.0, NODE: 16.0})
+    begin = net.now
+    if not alone:
+        net.now = begin + 4
+        net.boot(NODE)
+        net.now = begin + 4 + shift
+        net.live(NODE, period=PERIOD, seconds=12 - shift, states=((0, 5),))
+    for number in range(reads):
+        net.now = begin + 5.05 + number * 0.7
+        request, answer = struct.pack("<BHBI", 0x40, 0x1001, 0, 0), struct.pack("<BHBI", 0x4F, 0x1001, 0, 0)
+        net.exchange(NODE, request, answer)
+        if not alone:
+            net.send(0x580 + NODE, answer, after=0.002)
+    return net.frames()
+
+
+@pytest.mark.parametrize("shift", [0.02, 0.05, 0.08, 0.15])
+@pytest.mark.parametrize("reads", [0, 3, 14])
+def test_a_second_device_that_boots_later(shift: float, reads: int) -> None:
+    assert roots(twins(shift=shift, reads=reads)) == ["duplicate-node-id"]
+    assert roots(twins(shift=shift, reads=reads, alone=True)) == []
+
+
+@pytest.mark.parametrize(("reads", "expected"), [(6, False), (14, True)])
+def test_two_equal_responses_to_each_request(reads: int, expected: bool) -> None:
+    """Both devices send no heartbeats."""
+    net = beats(started(7), {7: 16.0}).boot(NODE)
+    answer = struct.pack("<BHBI", 0x4F, 0x1001, 0, 0)
+    begin = net.now
+    for number in range(reads):
+        net.now = begin + 1 + number * 0.7
+        net.exchange(NODE, struct.pack("<BHBI", 0x40, 0x1001, 0, 0), answer)
+        net.send(0x580 + NODE, answer, after=0.002)
+    assert ("duplicate-node-id" in roots(net.frames())) == expected
+
+
+@pytest.mark.parametrize("apart", [0.0005, 0.005])
+def test_two_responses_to_each_guarding_request(apart: float) -> None:
+    net = beats(started(7), {7: 16.0}).boot(NODE)
+    begin = net.now
+    for number in range(60):
+        net.now = begin + 0.5 + number * 0.2
+        net.send(0x700 + NODE, remote=True)
+        net.send(0x700 + NODE, bytes([0x05 | number % 2 << 7]), after=0.0004)
+        if number > 20:
+            net.send(0x700 + NODE, bytes([0x05 | (number + 1) % 2 << 7]), after=0.0004 + apart)
+    assert roots(net.frames()) == ["duplicate-node-id"]

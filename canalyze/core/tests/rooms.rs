@@ -9,13 +9,13 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 64_090;
+const WHOLE: usize = 64_180;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
     // With the rows inside other text.
     ("bytes", 10_880),
-    ("checks", 7_530),
+    ("checks", 7_550),
     // With learnt event timers.
     ("evidence", 3_370),
     ("lib", 50),
@@ -25,7 +25,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("session", 2_780),
     ("settings", 1_310),
     // With ends that a frame shows, second devices, and periods that stay changed.
-    ("stories", 6_490),
+    ("stories", 6_530),
     ("tables", 6_110),
     // The transfers of CANopen FD.
     ("usdo", 1_030),

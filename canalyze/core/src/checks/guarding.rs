@@ -15,6 +15,7 @@ use crate::evidence::{Obligations, When};
 use crate::rules::finding::Finding;
 use crate::rules::guarding::{Grd001, Grd002, Grd003, Grd004, Grd005};
 use crate::rules::heartbeat::Hbt003;
+use crate::rules::heartbeat::Hbt004;
 use crate::world::configuration::Provenance;
 use crate::world::context::Context;
 use crate::world::node::{Node, PerNode};
@@ -29,6 +30,8 @@ const ROUND_NS: i64 = 10_000_000_000;
 const SLOW_NS: i64 = 50_000_000;
 /// Number of frames in a row with the same toggle bit that shows them to be no answers.
 const SAME: u8 = 3;
+/// Maximum time between the responses of two nodes to one request, in ns.
+const SECOND_NS: i64 = 20_000_000;
 /// Number of frames without request that shows a guarded node to send heartbeats as well.
 const UNASKED: u8 = 3;
 
@@ -62,6 +65,8 @@ struct Guarded {
     /// A frame still without request, its toggle bit, and true if it was counted as an answer.
     ahead: Option<(FrameRef, bool, bool)>,
     unasked: u8,
+    /// Number of those that came soon after a response, as a second node's do.
+    second: u8,
     /// Reported: requests without answer; heartbeats besides answers.
     silent: bool,
     both: bool,
@@ -248,7 +253,7 @@ impl Guarding {
                 }
                 // A single frame with toggle bit 1 stays undecided until later frames decide.
                 (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
-                (guarded.silent, guarded.unasked) = (false, 0);
+                (guarded.silent, guarded.unasked, guarded.second) = (false, 0, 0);
             }
         }
     }
@@ -260,6 +265,7 @@ impl Guarding {
             (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
             // It may send heartbeats instead by now.
             (guarded.toggles, guarded.requests, guarded.first, guarded.unasked) = (false, 0, None, 0);
+            guarded.second = 0;
             guarded.lone = None;
         }
     }
@@ -357,9 +363,15 @@ impl Guarded {
             return;
         }
         self.unasked = self.unasked.saturating_add(1);
+        let after = self.answer.and_then(|answer| frame.since(answer));
+        self.second = self.second.saturating_add(u8::from(after.is_some_and(|ns| (0..=SECOND_NS).contains(&ns))));
         if self.unasked >= UNASKED && !self.both {
             self.both = true;
-            cx.raise(Grd003::Heartbeats, Some(node), None, Some(frame));
+            if self.second < self.unasked {
+                return cx.raise(Grd003::Heartbeats, Some(node), None, Some(frame));
+            }
+            cx.evidence.circumstances.note(CircumstanceKind::SharedId, Some(node), cx.when);
+            cx.raise(Hbt004::Responses, Some(node), None, Some(frame));
         }
     }
 }

@@ -50,8 +50,8 @@ rules! {
             "bit 7 of the heartbeat is 1 ({found}), but there was no node guarding request";
     }
 
-    /// 同一节点ID上有两路心跳交错, 或者一次复位后收到两个启动报文: 总线上有两个节点使用同一节点ID。
-    /// Two heartbeat streams are interleaved on one node-ID, or two boot-ups follow one reset: two nodes use the same node-ID.
+    /// 同一节点ID上有两路心跳交错, 一次复位后收到两个启动报文, 或者每个节点保护请求有两个应答: 总线上有两个节点使用同一节点ID。
+    /// Two heartbeat streams are interleaved on one node-ID, two boot-ups follow one reset, or each node guarding request has two responses: two nodes use the same node-ID.
     ///
     /// 拨码开关设置相同, 或者新设备使用默认的节点ID。
     /// Equal DIP switches, or a new device with the default node-ID.
@@ -63,6 +63,7 @@ rules! {
             "heartbeat intervals alternate between {one} and {other}: two heartbeat streams";
         HalfPeriod { found: Ns, expected: Ns }
             "心跳间隔为{found}, 仅为1017h周期{expected}的一半" "heartbeat interval is {found}, half of the {expected} in 1017h";
+        Responses "一个节点保护请求有两个应答" "two responses to each node guarding request";
         BootUps { gap: Ns } "{gap}内收到两个启动报文" "two boot-ups within {gap}";
         Series { one: Ns, other: Ns } "周期{one}的心跳之间另有每隔{other}的心跳: 存在两路心跳"
             "between heartbeats of period {one} there are others every {other}: two heartbeat streams";

@@ -275,7 +275,7 @@ fn sync_gone(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 
 /// L20: two nodes have one node-ID.
 fn second_node(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let second = pair.same_node && pair.cause.kind == DuplicateNodeId && pair.delay >= -LATE_NS;
+    let second = pair.same_node && pair.cause.kind == DuplicateNodeId && pair.delay >= -WINDOW_NS;
     second.then_some((Grade::Likely, pair.delay))
 }
 

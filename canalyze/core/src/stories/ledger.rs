@@ -9,7 +9,7 @@ use super::incident::{Clue, Incident, IncidentId, Repeats, Status, Subject};
 use super::kinds::IncidentKind;
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::finding::Finding;
-use crate::rules::{Code, Severity};
+use crate::rules::{Code, Measured, Severity};
 
 /// Maximum number of kept incidents (invariant 6).
 const KEPT: usize = 1024;
@@ -18,6 +18,8 @@ const RECENT: usize = 128;
 
 /// The place of an incident in the ledger.
 pub(super) type LedgerPlace = usize;
+/// Maximum time from the first sign of a second node with the same node-ID to its proof, in ns.
+pub(super) const DOUBLE_NS: i64 = 15_000_000_000;
 
 /// All incidents so far.
 #[derive(Clone, Debug, Default)]
@@ -114,13 +116,13 @@ impl Ledger {
     /// Returns the latest incident of a bus that `fits`, among the recent ones.
     pub(super) fn last(&self, bus: BusId, fits: impl Fn(&Incident) -> bool) -> Option<LedgerPlace> {
         let recent = self.all.iter().enumerate().rev().take(RECENT);
-        recent.filter(|(_, one)| one.bus == bus).find(|(_, one)| fits(one)).map(|(place, _)| place)
+        recent.filter(|(_, one)| one.bus == bus && !one.merged).find(|(_, one)| fits(one)).map(|(place, _)| place)
     }
 
     /// Returns the places of the recent incidents of a bus, the latest first.
     pub(super) fn recent(&self, bus: BusId) -> Vec<LedgerPlace> {
         let recent = self.all.iter().enumerate().rev().take(RECENT);
-        recent.filter(|(_, one)| one.bus == bus).map(|(place, _)| place).collect()
+        recent.filter(|(_, one)| one.bus == bus && !one.merged).map(|(place, _)| place).collect()
     }
 
     /// Returns true if `one` is `other` or has it among its direct and indirect causes.
@@ -169,6 +171,36 @@ impl Ledger {
                 one.possible.retain(|link| link.cause != stays);
             }
         }
+    }
+
+    /// Makes an incident that of a second device with its node-ID, or merges it into that: `measured` says what shows it at
+    /// a frame. The other device's boot-up belongs to it. Returns its place.
+    pub(super) fn doubles(&mut self, place: LedgerPlace, at: FrameRef, measured: Option<Measured>) -> LedgerPlace {
+        let Some(one) = self.all.get_mut(place) else { return place };
+        let (bus, subject) = (one.bus, one.subject.node);
+        let is_told = |one: &Incident| one.kind == IncidentKind::DuplicateNodeId && one.subject.node == subject;
+        let told = self.last(bus, is_told).unwrap_or(place);
+        for other in self.recent(bus).into_iter().filter(|other| *other != told) {
+            let Some(one) = self.all.get(other) else { continue };
+            let booted = matches!(one.kind, IncidentKind::NodeRestarted | IncidentKind::RestartLoop)
+                && one.began_within(at, DOUBLE_NS);
+            let begin = one.begin;
+            if other == place || booted && one.subject.node == subject {
+                self.merge(other, told);
+                if let Some(one) = self.all.get_mut(told).filter(|one| begin.no < one.begin.no) {
+                    one.begin = begin;
+                }
+            }
+        }
+        let Some(one) = self.all.get_mut(told) else { return told };
+        (one.kind, one.end, one.clue.least, one.cause) = (IncidentKind::DuplicateNodeId, None, 1, None);
+        one.possible.clear();
+        if let Some(measured) = measured {
+            one.facts = measured.facts().collect();
+            (one.measured, one.repeats.count) = (Some(measured), 1);
+        }
+        self.grown.push(told);
+        told
     }
 
     /// Returns the number of incidents that are not kept.

@@ -67,6 +67,8 @@ fn touches(cause: &Incident, effect: &Incident) -> bool {
     // A changed period is known some periods after it was the cause of something.
     let early = match (cause.kind, cause.ns("to")) {
         (IncidentKind::HeartbeatIrregular, Some(period)) => period.saturating_mul(PERIODS),
+        // Two devices show only after some frames of both.
+        (IncidentKind::DuplicateNodeId, _) => WINDOW_NS,
         _ => LATE_NS,
     };
     // A node that is never started goes on waiting.

@@ -92,6 +92,7 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
             _ => return None,
         },
         IncidentKind::DuplicateNodeId if one.has("answers") => Saying::TwoServers { at }.into(),
+        IncidentKind::DuplicateNodeId if one.has("equal_answers") => Saying::TwoResponses { at }.into(),
         IncidentKind::NotEnabled => match get("statusword") {
             Some(Quantity::Statusword(statusword)) => Saying::NotEnabled { at, statusword }.into(),
             _ => Saying::Since { at }.into(),
@@ -235,7 +236,7 @@ pub fn is_whole(one: &Incident, began_ns: Option<i64>) -> bool {
         IncidentKind::PdoLength | IncidentKind::PdoNotAllowed | IncidentKind::CaptureGap => {
             one.kind == IncidentKind::CaptureGap || !one.clue.reported.is_empty()
         }
-        IncidentKind::DuplicateNodeId => one.has("answers"),
+        IncidentKind::DuplicateNodeId => one.has("answers") || one.has("equal_answers"),
         IncidentKind::NotEnabled => one.has("statusword"),
         IncidentKind::SharedCobId => one.has("alternates"),
         IncidentKind::WatchedAbsent => one.has("limit"),

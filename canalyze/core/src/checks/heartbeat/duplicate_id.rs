@@ -98,7 +98,7 @@ impl DuplicateId {
         let known = period.expected().filter(|known| known.confidence == Confidence::Certain);
         let Some(known) = known else {
             (self.since_turn, self.since_additional) = (0, 0);
-            self.alternating(node, last, cx);
+            self.alternating(node, period.usual_ns(), (last, uncertain), cx);
             return SeriesPlace::InTurn(gap);
         };
         let configured =
@@ -106,7 +106,7 @@ impl DuplicateId {
         if let Some(configured) = configured {
             self.find(node, Hbt004::HalfPeriod { found: known.ns, expected: configured }, last, cx);
         }
-        self.alternating(node, last, cx);
+        self.alternating(node, period.usual_ns(), (last, uncertain), cx);
         let room = (known.ns / 16).max(known.deviation_ns.saturating_mul(2)).max(2 * uncertain).min(known.ns / 4);
         let turn = self.since_turn.saturating_add(gap);
         self.since_additional = self.since_additional.saturating_add(gap);
@@ -148,18 +148,24 @@ impl DuplicateId {
         self.find(node, Hbt004::Series { one: period, other }, last, cx);
     }
 
-    /// Reports alternating gaps.
-    fn alternating(&mut self, node: u8, last: FrameRef, cx: &mut Context<'_>) {
-        if self.gaps.len() < GAPS {
-            return;
-        }
+    /// Returns the means of every other gap and of the others, once there are enough and both are steady, in ns.
+    fn alternate(&self) -> Option<(i64, i64)> {
         let odd = || self.gaps.iter().step_by(2);
         let other = || self.gaps.iter().skip(1).step_by(2);
         let half = (GAPS / 2) as i64;
         let (one, two) = (odd().sum::<i64>() / half, other().sum::<i64>() / half);
+        let steady = spread(odd()).max(spread(other())) <= (one.saturating_add(two) / 40).max(2_000_000);
+        (self.gaps.len() == GAPS && steady).then_some((one, two))
+    }
+
+    /// Reports alternating gaps. If two of them are the period from a configuration or from before a reset (`usual`),
+    /// each of two nodes keeps it; otherwise they must differ by more than a slow task explains.
+    fn alternating(&mut self, node: u8, usual: Option<i64>, (last, uncertain): (FrameRef, i64), cx: &mut Context<'_>) {
+        let Some((one, two)) = self.alternate() else { return };
         let (whole, apart) = (one.saturating_add(two), one.saturating_sub(two).saturating_abs());
-        let steady = spread(odd()).max(spread(other())) <= (whole / 40).max(2_000_000);
-        if steady && apart > APART_NS && apart > whole / 4 {
+        let room = (whole / 32).saturating_add(uncertain).unsigned_abs();
+        let kept = usual.is_some_and(|usual| whole.abs_diff(usual) <= room);
+        if apart > APART_NS && (kept || apart > whole / 4) {
             self.find(node, Hbt004::Gaps { one, other: two }, last, cx);
         }
     }

@@ -122,6 +122,11 @@ impl Period {
         self.configured_ns
     }
 
+    /// Returns the period that was configured, or learnt before a doubt, in ns.
+    pub fn usual_ns(&self) -> Option<i64> {
+        self.configured_ns.or(self.former_ns)
+    }
+
     /// Returns the learnt period, or else the longer of the configured and the former one.
     pub fn expected(&self) -> Option<Expected> {
         if let Some(ns) = self.learnt_ns {

@@ -20,8 +20,9 @@ const SOON_NS: i64 = 500_000_000;
 const RESPONSES: [u8; 5] = [0x43, 0x47, 0x4B, 0x4F, 0x60];
 /// Maximum time between the responses of two servers to one request, in ns.
 const SECOND_NS: i64 = 50_000_000;
-/// Number of second responses with other data that show two servers.
+/// Number of second responses with other data that show two servers, and of requests in a row with two equal ones.
 const DOUBLED: u64 = 3;
+const EQUAL: u32 = 10;
 /// Maximum number of kept second responses.
 const KEPT: usize = 64;
 
@@ -39,11 +40,13 @@ pub(in crate::stories) struct Identities {
     /// Nodes that were requested, one bit each; the first response of another server to a node's request.
     requested: u128,
     strange: BTreeMap<u8, (CanId, FrameRef, FrameRef)>,
-    /// The last response of each node that names an object.
+    /// The last response of each node that names an object; and the number of requests in a row with two equal ones, up
+    /// to that which has had one.
     answers: BTreeMap<u8, (Mux, [u8; 8], FrameRef)>,
-    /// Second responses with other data, which may be of another request that is listed late.
-    second: Vec<(u8, u16, FrameRef)>,
-    /// The first of those of each node that are known to have no request, and their number.
+    equal: BTreeMap<u8, (u32, bool)>,
+    /// Second responses, which may be of another request that is listed late: how much each shows, by which fact.
+    second: Vec<(u8, (u64, &'static str), FrameRef)>,
+    /// The first of those of each node that are known to have no request, and what they show together.
     doubled: BTreeMap<u8, (FrameRef, u64)>,
 }
 
@@ -96,7 +99,7 @@ impl Identities {
         self.asked.insert(node, (mux, frame.reference()));
     }
 
-    /// Processes a response of a server; several with other data to the same request are of two servers.
+    /// Processes a response of a server; several second ones to the same requests are of two servers.
     pub(in crate::stories) fn answered(&mut self, node: u8, mux: Option<Mux>, frame: &Frame) {
         if frame.id.raw() != 0x580 + u32::from(node) {
             return;
@@ -105,29 +108,38 @@ impl Identities {
         self.candidates.remove(&node);
         let Some(mux) = mux else { return };
         let (at, bytes) = (frame.reference(), frame.head());
-        let Some((before, first, then)) = self.answers.insert(node, (mux, bytes, at)).filter(|_| asked.is_none())
-        else {
-            return;
-        };
+        let earlier = self.answers.insert(node, (mux, bytes, at));
+        let (row, doubled) = self.equal.entry(node).or_default();
+        if asked.is_some() {
+            // The request before had one response.
+            *row = if std::mem::take(doubled) { *row } else { 0 };
+        }
+        let Some((before, first, then)) = earlier.filter(|_| asked.is_none()) else { return };
         let soon = at.since(then).is_none_or(|since| (0..SECOND_NS).contains(&since));
-        if before != mux || first == bytes || !soon {
+        if before != mux || !soon {
             return;
         }
+        let shows = if first == bytes {
+            (*row, *doubled) = (row.saturating_add(1), true);
+            (if *row == EQUAL { DOUBLED } else { 0 }, "equal_answers")
+        } else {
+            // No device has two identities.
+            (if mux.index == IDENTITY { DOUBLED } else { 1 }, "answers")
+        };
         if self.second.len() >= KEPT {
             self.second.remove(0);
         }
-        self.second.push((node, mux.index, at));
+        self.second.push((node, shows, at));
     }
 
     /// Processes the finding that a response has no request: it may be the second one to the same.
     pub(in crate::stories) fn unasked(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let at = finding.at;
         let place = self.second.iter().position(|(of, _, second)| (*of, second.no) == (node, at.no));
-        let Some((_, index, _)) = place.map(|place| self.second.remove(place)) else { return };
+        let Some((_, (shown, fact), _)) = place.map(|place| self.second.remove(place)) else { return };
         let doubled = self.doubled.entry(node).or_insert((at, 0));
         let before = doubled.1;
-        // No device has two identities.
-        doubled.1 += if index == IDENTITY { DOUBLED } else { 1 };
+        doubled.1 += shown;
         if before >= DOUBLED || doubled.1 < DOUBLED {
             return;
         }
@@ -136,9 +148,10 @@ impl Identities {
         let place = scene.ledger.last(scene.id, shows);
         let kind = IncidentKind::DuplicateNodeId;
         let place = place.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, at));
-        if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
-            (one.kind, one.end, one.clue.least) = (kind, None, 1);
-            one.fact("answers", Quantity::Count(2));
+        let Some(place) = place else { return };
+        let place = scene.ledger.doubles(place, at, None);
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.fact(fact, Quantity::Count(2));
         }
     }
 

@@ -10,15 +10,13 @@ use crate::rules::finding::{Code, Finding, Quantity};
 use crate::sdo::wire::Mux;
 use crate::stories::incident::{Incident, StepRole, Subject};
 use crate::stories::kinds::IncidentKind;
-use crate::stories::ledger::LedgerPlace;
+use crate::stories::ledger::{DOUBLE_NS, LedgerPlace};
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 use crate::stories::signs::{self, Ends};
 
 /// Maximum distance of problems of one SDO server that are one, in ns.
 const ONE_TRANSFER_NS: i64 = 2_000_000_000;
-/// Maximum time from the signs of a second node with the same node-ID to its proof, in ns.
-const DOUBLE_NS: i64 = 15_000_000_000;
 /// A period that differs by less than this part is the same again.
 const SAME_PERIOD: i64 = 8;
 /// Ratio to its limit from which on a PDO is missing and not late.
@@ -129,8 +127,8 @@ impl RuleIncidents {
             let soon = one.end.is_none() || one.ended_within(at, AGAIN_NS);
             let of_kind = |is: fn(IncidentKind) -> bool| is(other) && is(kind) && node == subject.node && near;
             let explained = because.is_some_and(|frame| one.holds(frame)) && !is_sdo(kind) && node == subject.node;
-            let answers = other == IncidentKind::DuplicateNodeId && one.has("answers") && node == subject.node;
-            let second = kind == IncidentKind::DamagedTransfer && answers;
+            let two = other == IncidentKind::DuplicateNodeId && node == subject.node;
+            let second = kind == IncidentKind::DamagedTransfer && two;
             same && soon || second || of_kind(is_sdo) || of_kind(is_sync) || explained
         });
         // It was there all along: the client did not wait for its response.
@@ -206,7 +204,7 @@ impl RuleIncidents {
             return None;
         }
         if kind == IncidentKind::DuplicateNodeId
-            && let Some(one) = scene.ledger.last(scene.id, |one| {
+            && let Some(place) = scene.ledger.last(scene.id, |one| {
                 let shows = matches!(
                     one.kind,
                     IncidentKind::NodeRestarted
@@ -215,12 +213,14 @@ impl RuleIncidents {
                         | IncidentKind::HeartbeatIrregular
                         | IncidentKind::DamagedTransfer
                 );
-                shows && one.subject.node == subject.node && one.began_within(finding.at, DOUBLE_NS)
+                let told = one.kind == kind;
+                (told || shows && one.began_within(finding.at, DOUBLE_NS)) && one.subject.node == subject.node
             })
-            && let Some(one) = scene.ledger.get_mut(one)
         {
-            (one.kind, one.end, one.clue.least) = (kind, None, 1);
-            one.found(finding);
+            let place = scene.ledger.doubles(place, finding.at, finding.measured());
+            if let Some(one) = scene.ledger.get_mut(place) {
+                one.found(finding);
+            }
             return None;
         }
         // A consequence that is no problem of its own belongs to its cause.

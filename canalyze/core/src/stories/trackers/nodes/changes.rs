@@ -20,8 +20,6 @@ const REACTION_NS: i64 = 2_000_000_000;
 const LOOP: u64 = 3;
 /// Maximum distance of boot-ups of nodes that were lost together, in ns.
 const BACK_NS: i64 = 1_000_000_000;
-/// Maximum distance of the signs of a second node with the same node-ID, in ns.
-const DOUBLE_NS: i64 = 15_000_000_000;
 
 impl NodeIncidents {
     /// Records a boot-up without a command (NMT003).
@@ -60,6 +58,15 @@ impl NodeIncidents {
         }
         if self.comes_with_others(node, finding, scene) {
             return;
+        }
+        // It was the boot-up of the other device.
+        let double = scene
+            .ledger
+            .last(scene.id, |one| one.kind == IncidentKind::DuplicateNodeId && one.subject.node == Some(node));
+        if let Some(one) = double.filter(|_| finding.because_of.is_some()).and_then(|place| scene.ledger.get_mut(place))
+        {
+            one.begin = if at.no < one.begin.no { at } else { one.begin };
+            return one.step(at, StepRole::Sign, Saying::BootedUnasked, Some(finding));
         }
         let again = scene.ledger.last(scene.id, |one| {
             one.subject.node == Some(node)
@@ -175,20 +182,6 @@ impl NodeIncidents {
         if one.repeats.count < LOOP || ordered {
             return Some(place);
         }
-        one.kind = IncidentKind::DuplicateNodeId;
-        let begin = one.begin;
-        let boot = scene.ledger.last(scene.id, |one| {
-            let booted = matches!(one.kind, IncidentKind::NodeRestarted | IncidentKind::RestartLoop);
-            booted && one.subject.node == Some(node) && one.began_within(at, DOUBLE_NS)
-        });
-        if let Some(boot) = boot {
-            let first = scene.ledger.get(boot)?.begin;
-            scene.ledger.merge(boot, place);
-            let one = scene.ledger.get_mut(place)?;
-            if first.no < begin.no {
-                one.begin = first;
-            }
-        }
-        Some(place)
+        Some(scene.ledger.doubles(place, at, None))
     }
 }
