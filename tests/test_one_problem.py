@@ -136,3 +136,33 @@ def test_two_responses_to_each_guarding_request(apart: float) -> None:
         if number > 20:
             net.send(0x700 + NODE, bytes([0x05 | (number + 1) % 2 << 7]), after=0.0004 + apart)
     assert roots(net.frames()) == ["duplicate-node-id"]
+
+
+@pytest.mark.parametrize("gap", [0.001, 0.005])
+@pytest.mark.parametrize("first", [0.01, 0.1])
+def test_a_flood_after_events_between_the_times_of_a_timer(gap: float, first: float) -> None:
+    """What comes sooner than the event timer is no usual gap, although it comes first."""
+    net = beats(started(NODE, 7), {7: 16.0, NODE: 16.0})
+    at, sent = 0.1, 0
+    while at < 14:
+        net.send(0x180 + NODE, bytes([sent % 7, 0]), after=at)
+        sent += 1
+        at += gap if at > 8 else first if sent == 1 or sent % 5 == 0 else 0.1
+    assert roots(net.frames()) == ["node-floods"]
+
+
+@pytest.mark.parametrize("later", [3.0, 6.0])
+def test_an_error_of_a_consumer_after_a_reset_and_after_a_loss(later: float) -> None:
+    """What a consumer reports because of a reset command, and takes back, has nothing to do with a later loss."""
+    consumer = 9
+    net = beats(started(NODE, 7, consumer), {7: 16.0, consumer: 16.0, NODE: 1.0})
+    begin = net.now
+    net.now = begin + 1
+    net.nmt(0x82, NODE).wait(0.5).emcy(consumer, 0x8130, 0x11)
+    net.wait(0.1).boot(NODE).write(NODE, 0x1017, 0, round(PERIOD * 1000), 2).nmt(START, NODE)
+    net = beats(net, {NODE: later}).wait(0.1).emcy(consumer, 0, 0)
+    net.wait(later + 0.5).emcy(consumer, 0x8130, 0x11)
+    said = diagnosed(log_text(net.frames()))
+    (root,) = (one for one in said.incidents if not one["cause"] and one["status"] in ABOVE_HARMLESS)
+    assert (root["incident"], root["subject"]["node"]) == ("node-silent", NODE)
+    assert "heartbeat-consumer-error" in [one["incident"] for one in said.incidents if one["cause"]]

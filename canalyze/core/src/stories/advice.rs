@@ -112,6 +112,7 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
         }
         IncidentKind::PdoLength | IncidentKind::PdoConfiguration | IncidentKind::PdoNotAllowed => vec![say::MAPPING],
         IncidentKind::PdoMissing => vec![say::STATE, say::MAPPING],
+        IncidentKind::SyncIrregular if one.subject.pdo.is_some() => vec![say::EVENT_RATE],
         IncidentKind::SyncStopped
         | IncidentKind::SyncIrregular
         | IncidentKind::TwoSyncProducers

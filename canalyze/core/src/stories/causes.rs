@@ -395,7 +395,8 @@ fn communication_lost(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 
 /// L5: a node that is lost or not Operational sends no PDO.
 fn node_not_operational(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let missing = matches!(pair.effect.kind, PdoMissing | SyncStopped | SyncIrregular);
+    // A controller stops the RPDOs of a node that it has lost.
+    let missing = matches!(pair.effect.kind, PdoMissing | SyncStopped | SyncIrregular | RpdoStopped);
     let stops = is_gone(pair.cause.kind) || pair.cause.kind == LeftOperational;
     (pair.same_node && missing && stops && pair.lasted()).then_some((Grade::Certain, pair.delay.saturating_abs()))
 }

@@ -1,5 +1,7 @@
 //! The latest gaps of a stream, and its usual gap.
 
+use std::cmp::Ordering;
+
 /// Number of gaps from which period and jitter are computed.
 const KEPT: usize = 16;
 
@@ -31,20 +33,27 @@ impl RecentGaps {
 
 /// Number of gaps that show how often a stream usually comes.
 const TAUGHT: u32 = 8;
-/// Ratio to the usual gap from which on a gap is a pause.
-const PAUSE: i64 = 3;
+/// Ratio to the median gap from which on a gap does not count: a pause, or a frame between two others.
+const ODD: i64 = 3;
+/// Part of the median by which one gap changes it: for the first gaps, their number, and after them.
+const FIRST_STEP: i64 = 4;
+const FIRST: u32 = 32;
+const STEP: i64 = 16;
 /// Even traffic deviates by less than this part of its period.
 const EVEN: i64 = 8;
 
-/// The mean gap of a stream, without its pauses.
+/// The mean gap of a stream, without its pauses, and without what comes between.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct UsualGap {
     /// The mean in ns.
     pub ns: i64,
     /// The mean deviation of gaps from it, in ns.
     off_ns: i64,
-    /// Number of gaps.
+    /// Number of gaps in the mean.
     count: u32,
+    /// The median of all gaps in ns, about, and their number.
+    median_ns: i64,
+    seen: u32,
 }
 
 impl UsualGap {
@@ -58,14 +67,22 @@ impl UsualGap {
         self.is_known() && self.off_ns.saturating_mul(EVEN) < self.ns
     }
 
-    /// Learns from a gap in ns; pauses do not count.
+    /// Learns from a gap in ns.
     pub fn learn(&mut self, gap_ns: i64) {
-        // The first gap may have been a pause.
-        if self.count > 0 && !self.is_known() && gap_ns.saturating_mul(PAUSE) < self.ns {
-            self.count = 0;
-        }
-        if self.count > 0 && gap_ns >= self.ns.saturating_mul(PAUSE) {
+        let step = self.median_ns / if self.seen < FIRST { FIRST_STEP } else { STEP };
+        self.median_ns = match gap_ns.cmp(&self.median_ns) {
+            _ if self.seen == 0 => gap_ns,
+            Ordering::Greater => gap_ns.min(self.median_ns.saturating_add(step)),
+            Ordering::Less => gap_ns.max(self.median_ns.saturating_sub(step)),
+            Ordering::Equal => gap_ns,
+        };
+        self.seen = self.seen.saturating_add(1);
+        let near = |ns: i64| ns.saturating_mul(ODD) > self.median_ns && ns < self.median_ns.saturating_mul(ODD);
+        if !near(gap_ns) {
             return;
+        }
+        if self.count > 0 && !near(self.ns) {
+            self.count = 0;
         }
         let mean = if self.count == 0 { gap_ns } else { self.ns };
         self.ns = mean.saturating_add(gap_ns.saturating_sub(mean) / 8);

@@ -14,6 +14,7 @@ use crate::stories::kinds::IncidentKind;
 use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
+use crate::stories::status::is_harmless;
 use crate::world::change::EmcyChange;
 
 /// Maximum distance of errors of one node with one cause, in ns.
@@ -97,8 +98,14 @@ impl Emergencies {
             }
             return;
         }
+        // What followed from a command that is over has not come again.
+        let ordered = |one: &Incident| {
+            let cause = one.cause.and_then(|link| scene.ledger.by_id(link.cause));
+            cause.is_some_and(|cause| is_harmless(cause.kind) && cause.end.is_some())
+        };
         let same = scene.ledger.last(scene.id, |one| {
-            one.subject.node == Some(node) && one.clue.reported.contains(&code) && one.ended_within(at, AGAIN_NS)
+            let before = one.subject.node == Some(node) && one.clue.reported.contains(&code);
+            before && one.ended_within(at, AGAIN_NS) && !ordered(one)
         });
         let near = scene.ledger.last(scene.id, |one| {
             let near = one.began_within(at, TOGETHER_NS)
