@@ -59,6 +59,11 @@ macro_rules! kinds {
         ];
 
         impl IncidentKind {
+            /// Returns true for kinds that a command or the recording explains.
+            pub fn is_harmless(self) -> bool {
+                self.row().impact == Impact::E || self == Self::BusSilent
+            }
+
             /// Returns the row of the kind.
             pub fn row(self) -> &'static KindRow {
                 match self {

@@ -35,7 +35,7 @@ use self::incident::{IncidentId, Status};
 use self::kinds::IncidentKind;
 use self::ledger::LedgerPlace;
 use self::on_bus::OfBus;
-use self::status::{is_harmless, is_over};
+use self::status::is_over;
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::rules::finding::{Code, Finding};
 use crate::world::bus::Bus;
@@ -153,7 +153,7 @@ impl Diagnosis {
         self.unripe.extend(fresh);
         self.unripe.retain(|place| {
             let Some(one) = ledger.get(*place) else { return false };
-            if is_harmless(one.kind) {
+            if one.kind.is_harmless() {
                 return false;
             }
             if one.counts() {

@@ -13,25 +13,6 @@ const START_NS: i64 = 2_500_000_000;
 /// Time after which an error that was not cleared counts as open, in ns.
 const SETTLED_NS: i64 = 500_000_000;
 
-/// Returns true if a kind is explained by a command or by the recording.
-pub(super) fn is_harmless(kind: IncidentKind) -> bool {
-    use IncidentKind::{
-        BitTiming, BusSilent, CaptureGap, CommandedReset, CommandedStop, HeartbeatSwitchedOff, NotCanopen, Scan,
-        Storing,
-    };
-    matches!(
-        kind,
-        Scan | BitTiming
-            | BusSilent
-            | CaptureGap
-            | CommandedReset
-            | CommandedStop
-            | HeartbeatSwitchedOff
-            | NotCanopen
-            | Storing
-    )
-}
-
 /// Leaves a root open as long as one of its consequences is.
 pub(super) fn of_chains(ledger: &mut Ledger) {
     let open: Vec<_> =
@@ -77,7 +58,7 @@ pub(super) fn status(
     match one.kind {
         // A single node that stays stopped while others run is not intended.
         CommandedStop if one.end.is_none() && left_alone && !one.has("started_again") => return Status::Stands,
-        kind if is_harmless(kind) => return Status::Harmless,
+        kind if kind.is_harmless() => return Status::Harmless,
         // It was not switched on yet.
         NodeAbsent if one.has("boot_up") => return Status::Harmless,
         // No frame shows that one of the two is gone.

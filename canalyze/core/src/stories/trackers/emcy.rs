@@ -14,7 +14,6 @@ use crate::stories::kinds::IncidentKind;
 use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
-use crate::stories::status::is_harmless;
 use crate::world::change::EmcyChange;
 
 /// Maximum distance of errors of one node with one cause, in ns.
@@ -101,7 +100,7 @@ impl Emergencies {
         // What followed from a command that is over has not come again.
         let ordered = |one: &Incident| {
             let cause = one.cause.and_then(|link| scene.ledger.by_id(link.cause));
-            cause.is_some_and(|cause| is_harmless(cause.kind) && cause.end.is_some())
+            cause.is_some_and(|cause| cause.kind.is_harmless() && cause.end.is_some())
         };
         let same = scene.ledger.last(scene.id, |one| {
             let before = one.subject.node == Some(node) && one.clue.reported.contains(&code);

@@ -13,7 +13,6 @@ use crate::stories::kinds::IncidentKind;
 use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
-use crate::stories::status::is_harmless;
 
 /// Consumer and producer heartbeat time (CiA 301, 7.5.2.18, 7.5.2.19).
 const CONSUMER_TIME: u16 = 0x1016;
@@ -128,7 +127,7 @@ impl MissingHeartbeats {
                 .ledger
                 .all
                 .iter()
-                .any(|one| is_of(one, scene, node) && one.end.is_none() && !is_harmless(one.kind));
+                .any(|one| is_of(one, scene, node) && one.end.is_none() && !one.kind.is_harmless());
             if silent && long && !told {
                 let kind = IncidentKind::MuteAfterBoot;
                 let place = scene.ledger.open(kind, scene.id, Subject::node(node), boot_up, boot_up);
