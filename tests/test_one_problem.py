@@ -166,3 +166,17 @@ def test_an_error_of_a_consumer_after_a_reset_and_after_a_loss(later: float) -> 
     (root,) = (one for one in said.incidents if not one["cause"] and one["status"] in ABOVE_HARMLESS)
     assert (root["incident"], root["subject"]["node"]) == ("node-silent", NODE)
     assert "heartbeat-consumer-error" in [one["incident"] for one in said.incidents if one["cause"]]
+
+
+def test_a_node_that_leaves_operational_stops_its_pdos() -> None:
+    """A consumer that has lost its controller leaves Operational. Its TPDO has an event timer that nobody names."""
+    controller = 9
+    net = beats(started(NODE, 7), {7: 16.0}).boot(controller)
+    net = beats(net, {controller: 5.0})
+    begin = net.now
+    beats(net, {NODE: 16.0}, ((0.0, 5), (5.7, PRE_OPERATIONAL)))
+    net.now = begin
+    net.cyclic(0x180 + NODE, period=0.1, payloads=[bytes([number // 4, 0]) for number in range(56)])
+    net.now = begin + 5.6
+    net.emcy(NODE, 0x8130, 0x11)
+    assert roots(net.frames()) == ["node-silent"]

@@ -170,7 +170,7 @@ fn loss_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 /// L1: heartbeats that come more slowly are missed, too. Their period is known only some periods later.
 fn slower_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let Pair { cause, effect, delay, .. } = *pair;
-    let period = cause.ns("to").or_else(|| cause.ns("period"))?;
+    let period = cause.slow_ns()?;
     let watched =
         effect.clue.watched.is_empty() || pair.limit().is_some_and(|limit| limit < period.saturating_add(LATE_NS));
     let near = delay >= period.saturating_mul(-PERIODS) && cause.end.is_none_or(|end| effect.begin.no <= end.no);
@@ -397,7 +397,7 @@ fn communication_lost(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 fn node_not_operational(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     // A controller stops the RPDOs of a node that it has lost.
     let missing = matches!(pair.effect.kind, PdoMissing | SyncStopped | SyncIrregular | RpdoStopped);
-    let stops = is_gone(pair.cause.kind) || pair.cause.kind == LeftOperational;
+    let stops = is_gone(pair.cause.kind) || pair.cause.kind == LeftOperational || pair.cause.has("left_operational");
     (pair.same_node && missing && stops && pair.lasted()).then_some((Grade::Certain, pair.delay.saturating_abs()))
 }
 

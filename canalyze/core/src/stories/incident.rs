@@ -381,6 +381,11 @@ impl Incident {
         since.is_some_and(|since| since <= ns && (since >= 0 || at.no >= self.begin.no))
     }
 
+    /// Returns the time between heartbeats that come more slowly, or too late, in ns.
+    pub(super) fn slow_ns(&self) -> Option<i64> {
+        ["to", "period", "found"].iter().find_map(|name| self.ns(name))
+    }
+
     /// Returns true if all its nodes were heard again after they were lost.
     pub(super) fn is_back(&self) -> bool {
         self.end.is_some() || self.subject.nodes & !self.clue.back == 0

@@ -65,7 +65,7 @@ fn touches(cause: &Incident, effect: &Incident) -> bool {
         return true;
     }
     // A changed period is known some periods after it was the cause of something.
-    let early = match (cause.kind, cause.ns("to")) {
+    let early = match (cause.kind, cause.slow_ns()) {
         (IncidentKind::HeartbeatIrregular, Some(period)) => period.saturating_mul(PERIODS),
         // Two devices show only after some frames of both.
         (IncidentKind::DuplicateNodeId, _) => WINDOW_NS,

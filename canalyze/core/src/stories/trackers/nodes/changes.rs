@@ -165,6 +165,7 @@ impl NodeIncidents {
             }
             one.end = None;
         }
+        scene.ledger.grown.push(place);
         self.wait(node, place);
     }
 
