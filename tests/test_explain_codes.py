@@ -129,3 +129,24 @@ def test_several_codes(canalyze: Runner) -> None:
     assert (copied.code, copied.err) == (0, "")
     assert canalyze("explain", "--lang", "en", "emcy", "8130").out.startswith("EMCY error code")
     assert "node 10" in canalyze("explain", "--lang", "en", "-", stdin=b"70A\n").out
+
+
+ROWS = [
+    "60A 40 08 10 00 00 00 00 00",
+    "60A 8 40 08 10 00 00 00 00 00",
+    "1,60A,8,40,08,10,00,00,00,00,00",
+    "t60A84008100000000000",
+    "12.5 ms  Rx  0x60A  8  40 08 10 00 00 00 00 00",
+]
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_a_row_of_a_listing_is_explained_as_a_frame(row: str) -> None:
+    said = explain(row, "en")
+    assert said is not None
+    assert "read 1008h:00" in said
+
+
+@pytest.mark.parametrize("words", ["182 185", "6040h 0006", "1017 0", "hello world 12", "60A 8 40 08 10"])
+def test_what_is_no_row_is_not_guessed(words: str) -> None:
+    assert explain(words, "en") is None

@@ -21,9 +21,9 @@ use self::columns::{Batch, Table};
 use self::comparison::Comparison;
 use self::network::Network;
 use self::session::Session;
-use crate::bytes::frame::Buses;
+use crate::bytes::frame::{Buses, Frame};
 use crate::bytes::readers::candump;
-use crate::bytes::readers::{InputFormat as Input, listing, sniff};
+use crate::bytes::readers::{InputFormat as Input, Item, Reader, Settings, listing, sniff};
 use crate::bytes::writers::Format as Written;
 use crate::rules::{RULES, SEVERITIES};
 use crate::session::{Options, Output, Session as Core};
@@ -86,35 +86,47 @@ fn explain(line: &str, lang: &str, network: Option<&Network>) -> PyResult<Option
     let lang = language(lang)?;
     let mut buses = Buses::default();
     let mut out = Vec::new();
-    let known = match candump::line(line.as_bytes(), &mut buses) {
-        Ok(frame) => {
-            match network {
-                Some(network) => within(&mut out, lang, line, &network.known),
-                None => crate::views::lines::explain(&mut out, lang, &frame, &buses),
-            }
-            true
-        }
-        Err(reason) => {
-            let devices = network.map_or(&[][..], |network| &network.known.descriptions);
-            let known = crate::words::explain::code::code(&mut out, lang, line, devices);
-            if let (false, Some(reason)) = (known, reason) {
-                return Err(PyValueError::new_err(complaints::no_frame(lang, line.as_bytes(), reason)));
-            }
-            known
+    let devices = network.map_or(&[][..], |network| &network.known.descriptions);
+    let read = candump::line(line.as_bytes(), &mut buses).map(|frame| (frame, Input::Candump));
+    if read.is_err() && crate::words::explain::code::code(&mut out, lang, line, devices) {
+        return Ok(Some(String::from_utf8_lossy(&out).into_owned()));
+    }
+    let (frame, input) = match read.or_else(|reason| row(line, &mut buses).ok_or(reason)) {
+        Ok(read) => read,
+        Err(None) => return Ok(None),
+        Err(Some(reason)) => {
+            return Err(PyValueError::new_err(complaints::no_frame(lang, line.as_bytes(), reason)));
         }
     };
-    Ok(known.then(|| String::from_utf8_lossy(&out).into_owned()))
+    match network {
+        Some(network) => within(&mut out, lang, (line, input), &network.known),
+        None => crate::views::lines::explain(&mut out, lang, &frame, &buses),
+    }
+    Ok(Some(String::from_utf8_lossy(&out).into_owned()))
+}
+
+/// Reads a line as a row of a listing; `None` if that is not one frame.
+fn row(line: &str, buses: &mut Buses) -> Option<(Frame, Input)> {
+    let mut reader = Reader::new(Input::Rows, &Settings::default());
+    let mut read = Vec::new();
+    let mut sink = |item: Item, _: &Buses| read.push(item);
+    reader.feed(line.as_bytes(), buses, &mut sink);
+    reader.finish(buses, &mut sink);
+    match read.pop() {
+        Some(Item::Frame(frame)) if read.is_empty() => Some((frame, Input::Rows)),
+        _ => None,
+    }
 }
 
 /// Explains one frame as a capture of its own, in a partly known network.
-fn within(out: &mut Vec<u8>, lang: Lang, line: &str, known: &Known) {
+fn within(out: &mut Vec<u8>, lang: Lang, (line, input): (&str, Input), known: &Known) {
     let mut known = known.clone();
     // Node 0 holds descriptions whose node is unknown.
     known.descriptions.retain(|one| one.node > 0);
     let mut options = Options::of(lang, &[Output::Lines]);
     (options.known.network, options.writing.depth) = (Arc::new(known), Depth::Explain);
     let mut session = Core::new(options);
-    session.begin_one(0, b"", Input::Candump, true);
+    session.begin_one(0, b"", input, true);
     session.feed_one(0, line.as_bytes(), out);
     session.feed_one(0, b"\n", out);
     session.end_one(0, false, out);
