@@ -111,6 +111,7 @@ def command(words: Words) -> click.Command:
                 if form == "jsonl":
                     _write_lines(shown, out)
                 elif whole is not None:
+                    incidents, shown = (diagnosis_text.of_buses(some, whole) for some in (incidents, shown))
                     if story is None:
                         named = tuple(name for name in names if name != STDIN)
                         diagnosis_text.show(shown, whole, out, words, named, everything=everything, chosen=chosen)

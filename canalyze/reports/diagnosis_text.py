@@ -108,6 +108,16 @@ class Diagnosed(NamedTuple):
         return [by_id[number] for number in self.whole["order"] if number in by_id]
 
 
+def of_buses(incidents: list[dict[str, Any]], whole: Record) -> list[dict[str, Any]]:
+    """Give the incidents, each with its bus before its sentence if there are several."""
+    if len(whole["buses"]) < 2:
+        return incidents
+    return [
+        {**one, "message": f"{bus} {one['message']}" if (bus := one["subject"]["bus"]) else one["message"]}
+        for one in incidents
+    ]
+
+
 def show_each(
     rows: Sequence[Diagnosed], out: Output, words: Words, chosen: Chosen, *, unread: int, totals: bool = False
 ) -> None:
@@ -366,7 +376,8 @@ def _healthy(whole: Record, words: Words) -> list[str]:
     key = "diagnose.looked" if whole["error_frames"] else "diagnose.looked_without"
     well = [words("diagnose.well_heartbeats", count=whole["heartbeats"])] if whole["heartbeats"] else []
     if whole["responses"]:
-        slowest = f"{whole['slowest_ns'] / 1e6:.3g}"
+        milliseconds = whole["slowest_ns"] / 1e6
+        slowest = f"{milliseconds:.3g}" if milliseconds < 1000 else f"{milliseconds:.0f}"
         well.append(words("diagnose.well_responses", count=whole["responses"], slowest=slowest))
     return [words(key), *(["; ".join(well)] if well else [])]
 
