@@ -219,3 +219,18 @@ def test_jitter_is_no_change_of_the_period_of_sync(jitter: float, seed: int) -> 
     for cycle in range(round(LONG / 0.02)):
         net.send(0x080, after=cycle * 0.02 + chance.uniform(0, jitter))
     assert problems(net.frames()) == []
+
+
+@pytest.mark.parametrize("again", ["", "read", "other", "same"])
+def test_a_download_that_failed_is_open_until_its_object_is_written(again: str) -> None:
+    """A segmented download stops without a response and is aborted by its client."""
+    net = beats(two_nodes(), {NODE: LONG}).wait(2)
+    net.exchange(NODE, struct.pack("<BHBI", 0x21, 0x2100, 1, 10), struct.pack("<BHBI", 0x60, 0x2100, 1, 0))
+    net.wait(0.01).send(0x600 + NODE, b"\x00" + bytes(range(7)))
+    net.wait(1.0).send(0x600 + NODE, struct.pack("<BHBI", 0x80, 0x2100, 1, 0x0504_0000)).wait(1)
+    if again == "read":
+        net.read(NODE, 0x1018, 1, 0x5A, 4)
+    elif again:
+        net.write(NODE, 0x2100, 1 if again == "same" else 2, 7, 4)
+    (problem,) = problems(net.frames())
+    assert problem == ("request-unanswered", "over" if again == "same" else "stands")

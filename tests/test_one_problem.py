@@ -180,3 +180,19 @@ def test_a_node_that_leaves_operational_stops_its_pdos() -> None:
     net.now = begin + 5.6
     net.emcy(NODE, 0x8130, 0x11)
     assert roots(net.frames()) == ["node-silent"]
+
+
+@pytest.mark.parametrize("spread", [0.0, 0.003, 0.3])
+def test_nodes_that_restart_at_the_same_time(spread: float) -> None:
+    """A supply that breaks down for a moment: all boot again by themselves, while others of another supply go on."""
+    nodes = (3, 4, 5)
+    net = beats(started(*nodes, 7, 8), dict.fromkeys(nodes, 4.0) | {7: 16.0, 8: 16.0})
+    begin = net.now
+    for number, node in enumerate(nodes):
+        net.now = begin + 4.1 + number * spread
+        net.boot(node).write(node, 0x1017, 0, round(PERIOD * 1000), 2).nmt(START, node)
+        beats(net, {node: 11.8 - number * spread})
+    said = diagnosed(log_text(net.frames()))
+    (told,) = (one for one in said.incidents if not one["cause"] and one["status"] in ABOVE_HARMLESS)
+    assert (told["incident"], told["status"]) == ("node-restarted", "over")
+    assert set(told["subject"]["nodes"]) == set(nodes)

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 64_180;
+const WHOLE: usize = 64_260;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -19,13 +19,13 @@ const BUDGETS: &[(&str, usize)] = &[
     // With learnt event timers.
     ("evidence", 3_390),
     ("lib", 50),
-    ("python", 1_120),
+    ("python", 1_130),
     ("rules", 1_700),
     ("sdo", 4_610),
     ("session", 2_780),
     ("settings", 1_310),
     // With ends that a frame shows, second devices, and periods that stay changed.
-    ("stories", 6_530),
+    ("stories", 6_580),
     ("tables", 6_110),
     // The transfers of CANopen FD.
     ("usdo", 1_030),

@@ -186,7 +186,11 @@ impl OfBus {
         self.identities.transfer(transfer, scene!(self, ledger, bus, id, at));
         self.in_vain.transfer(transfer, scene!(self, ledger, bus, id, at));
         self.configurations.transfer(transfer, scene!(self, ledger, bus, id, at));
-        if transfer.outcome.status == Transferred::Ok && !transfer.outcome.bad {
+        let failed = transfer.outcome.status != Transferred::Ok || transfer.outcome.bad;
+        if failed && transfer.direction == Direction::Download && !self.found.is_empty() {
+            self.found.not_written(transfer, scene!(self, ledger, bus, id, at));
+        }
+        if !failed {
             let sign = Sign::of(Ends::Transferred, Some(transfer.node));
             self.found.sign(sign, scene!(self, ledger, bus, id, at));
             if transfer.direction == Direction::Download {

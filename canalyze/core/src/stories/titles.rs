@@ -24,6 +24,7 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
         IncidentKind::NodeSilent => match (ns("silence"), get("boot_up"), one.end, ns("period")) {
             (Some(silence), Some(_), ..) => Saying::SilentAndBooted { at, silence }.into(),
             (Some(silence), None, None, _) if one.is_back() => Saying::SilentAndWaits { at, silence }.into(),
+            (Some(silence), None, Some(_), _) => Saying::SilentAndBack { at, silence }.into(),
             (_, _, Some(end), _) => Saying::SilentAndBack { at, silence: end.since(one.begin).unwrap_or(0) }.into(),
             (.., Some(period)) => Saying::Silent { at, period }.into(),
             _ => Saying::SilentSince { at }.into(),
@@ -36,6 +37,9 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
                 (true, None) => Saying::SegmentAndWaits { at, count }.into(),
                 (false, _) => Saying::Segment { at, count }.into(),
             }
+        }
+        IncidentKind::NodeRestarted if one.subject.nodes.count_ones() > 1 => {
+            Saying::RestartedTogether { at, count: one.subject.nodes.count_ones().into() }.into()
         }
         IncidentKind::NodeRestarted if count == 1 => Saying::Restarted { at }.into(),
         IncidentKind::NodeRestarted | IncidentKind::RestartLoop => Saying::RestartedOften { at, count }.into(),

@@ -38,7 +38,7 @@ const ODD: i64 = 3;
 /// Part of the median by which one gap changes it: for the first gaps, their number, and after them.
 const FIRST_STEP: i64 = 4;
 const FIRST: u32 = 32;
-const STEP: i64 = 16;
+const STEP: i64 = 64;
 /// Even traffic deviates by less than this part of its period.
 const EVEN: i64 = 8;
 

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::{Frame, FrameRef};
+use crate::evidence::period::recent::UsualGap;
 use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Status, Transfer};
 use crate::stories::incident::{Grade, StepRole, Subject};
@@ -48,8 +49,7 @@ const SAMPLES: u32 = 3;
 /// Time in ns after which an axis that is commanded to be ready, but stays disabled, has a reason that no command
 /// shows.
 const ENABLE_NS: i64 = 5_000_000_000;
-/// Number of gaps that show the period of targets; and the ratio from which on one is missing.
-const TAUGHT: u32 = 16;
+/// Ratio to the period of targets from which on one is missing.
 const MISSING: i64 = 3;
 /// Ratio of the time without a target at the end of the capture from which on they have stopped.
 const GONE: i64 = 10;
@@ -82,12 +82,11 @@ struct AxisMotion {
     open: Vec<(IncidentKind, LedgerPlace)>,
 }
 
-/// The period of an axis's targets: the last target, the mean gap in ns, and the number of gaps.
+/// The targets of an axis: the last one, and their usual gap.
 #[derive(Clone, Copy, Debug, Default)]
 struct Targets {
     last: FrameRef,
-    gap_ns: i64,
-    gaps: u32,
+    usual: UsualGap,
 }
 
 /// The axes of a bus.
@@ -380,10 +379,13 @@ impl Motions {
             let stopped = scene.ledger.last(scene.id, |other| {
                 other.kind == IncidentKind::RpdoStopped && other.subject.concerns(name.0) && other.end.is_none()
             });
-            if one.gaps < TAUGHT
+            // With its controller everything has stopped, or the capture ends.
+            let controlled = scene.heard.control.since(one.last).unwrap_or(0);
+            if !one.usual.is_known()
+                || controlled < one.usual.ns.saturating_mul(GONE)
                 || stopped.is_some()
                 || scene.bus.state(name.0).is_some_and(|state| state != OPERATIONAL)
-                || rest < one.gap_ns.saturating_mul(GONE)
+                || rest < one.usual.ns.saturating_mul(GONE)
                 || scene.heard.last(name.0).is_none_or(|last| last.no < one.last.no)
             {
                 continue;
@@ -393,7 +395,7 @@ impl Motions {
                 told.or_else(|| scene.ledger.open(IncidentKind::TargetsLate, scene.id, subject, one.last, scene.at));
             if let Some(late) = place.and_then(|place| scene.ledger.get_mut(place)) {
                 (late.end, late.clue.least) = (None, 1);
-                late.step(one.last, StepRole::Sign, Saying::NoTarget { gap: rest, period: one.gap_ns }, None);
+                late.step(one.last, StepRole::Sign, Saying::NoTarget { gap: rest, period: one.usual.ns }, None);
             }
         }
     }
@@ -411,13 +413,10 @@ impl Motions {
         let one = self.targets.entry(name).or_default();
         let last = std::mem::replace(&mut one.last, at);
         let Some(gap) = at.since(last).filter(|gap| last.no > 0 && *gap > 0) else { return };
-        if one.gaps < TAUGHT || gap < one.gap_ns.saturating_mul(MISSING) {
-            one.gap_ns =
-                if one.gaps == 0 { gap } else { one.gap_ns.saturating_add(gap.saturating_sub(one.gap_ns) / 8) };
-            one.gaps = one.gaps.saturating_add(1);
-            return;
+        let period = one.usual.ns;
+        if !one.usual.is_known() || gap < period.saturating_mul(MISSING) {
+            return one.usual.learn(gap);
         }
-        let period = one.gap_ns;
         let again = scene
             .ledger
             .last(scene.id, |one| one.kind == IncidentKind::TargetsLate && one.subject.node == Some(name.0));

@@ -7,6 +7,7 @@ use crate::bytes::frame::FrameRef;
 use crate::checks::pdo::configuration::pdo_parameter;
 use crate::rules::Measured;
 use crate::rules::finding::{Code, Finding, Quantity};
+use crate::sdo::transfer::Transfer;
 use crate::sdo::wire::Mux;
 use crate::stories::incident::{Incident, StepRole, Subject};
 use crate::stories::kinds::IncidentKind;
@@ -270,6 +271,22 @@ impl RuleIncidents {
             }
             _ if self.open.iter().any(|(other, _)| *other == place) => {}
             _ => self.open.push((place, ends)),
+        }
+    }
+
+    /// Processes the end of a download that failed, or was taken although it was wrong: nothing but a write of the same
+    /// object makes it good.
+    pub(in crate::stories) fn not_written(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+        for (place, ends) in self.open.iter_mut().filter(|(_, ends)| matches!(ends, Ends::Transferred | Ends::Answered))
+        {
+            let Some(one) = scene.ledger.get_mut(*place) else { continue };
+            let within = one.bus == scene.id && one.repeats.since.no >= transfer.first.no;
+            if let Some(mux) =
+                transfer.mux.filter(|_| within && one.subject.node == Some(transfer.node) && is_sdo(one.kind))
+            {
+                one.fact("object", Quantity::Object(mux));
+                *ends = Ends::Written;
+            }
         }
     }
 

@@ -59,6 +59,9 @@ impl NodeIncidents {
         if self.comes_with_others(node, finding, scene) {
             return;
         }
+        if self.restarts_with_others(node, finding, was, scene) {
+            return;
+        }
         // It was the boot-up of the other device.
         let double = scene
             .ledger
@@ -122,6 +125,23 @@ impl NodeIncidents {
         lost_with(one, node);
         one.clue.back |= bit(node);
         one.step(at, StepRole::Recovery, Saying::BootedUnasked, Some(finding));
+        true
+    }
+
+    /// Adds a boot-up to that of other nodes at the same time: one supply, or one unseen command.
+    fn restarts_with_others(&mut self, node: u8, finding: &Finding, was: bool, scene: &mut Scene<'_>) -> bool {
+        let at = finding.at;
+        let others = scene.ledger.last(scene.id, |one| {
+            let near = at.since(one.begin).is_some_and(|since| since.saturating_abs() <= BACK_NS);
+            one.kind == IncidentKind::NodeRestarted && one.repeats.count == 1 && near && !one.subject.concerns(node)
+        });
+        let Some(one) = others.and_then(|place| scene.ledger.get_mut(place)) else { return false };
+        (one.subject.nodes, one.subject.node) = (one.subject.nodes | bit(node), None);
+        one.step(at, StepRole::Sign, Saying::BootedUnasked, Some(finding));
+        if let Some(place) = others.filter(|_| was && !scene.heard.is_operational(node)) {
+            one.end = None;
+            self.wait(node, place);
+        }
         true
     }
 
