@@ -18,6 +18,8 @@ pub struct AdviceFacts {
 
 /// Emergency error codes of too high a voltage, without their last digit (CiA 402-2: mains, DC link).
 const OVER: [u16; 2] = [0x3110, 0x3210];
+/// Bit of the statusword: voltage enabled (CiA 402-2).
+const VOLTAGE: u16 = 1 << 4;
 
 /// Returns true for an abort because of the state of the device.
 fn is_state(code: AbortCode) -> bool {
@@ -156,8 +158,12 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
         IncidentKind::ModuleFailed => vec![say::IO_MODULE],
         IncidentKind::RegisterWithoutEmcy => vec![say::MANUAL],
         IncidentKind::ModeNotTaken => vec![say::STATE],
-        IncidentKind::NotEnabled if one.has("statusword") => vec![say::POWER_STAGE],
-        IncidentKind::NotEnabled | IncidentKind::QuickStop | IncidentKind::StateLeft => vec![say::ENABLE],
+        IncidentKind::NotEnabled => match one.get("statusword") {
+            Some(Quantity::Statusword(word)) if word & VOLTAGE != 0 => vec![say::STEPS, say::POWER_STAGE],
+            Some(_) => vec![say::POWER_STAGE],
+            None => vec![say::ENABLE],
+        },
+        IncidentKind::QuickStop | IncidentKind::StateLeft => vec![say::ENABLE],
         IncidentKind::Overrun
         | IncidentKind::HeartbeatIrregular
         | IncidentKind::InhibitTime

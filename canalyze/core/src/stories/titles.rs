@@ -160,6 +160,7 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
             Some(silence) => Saying::GapOf { at, silence }.into(),
             None => Saying::Gap { at }.into(),
         },
+        IncidentKind::BusErrors => Saying::Since { at }.into(),
         IncidentKind::SyncStopped => match once(one) {
             Some(lasts) => Saying::SyncGap { at, lasts }.into(),
             None => Saying::SyncStopped { at }.into(),

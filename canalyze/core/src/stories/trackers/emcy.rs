@@ -21,6 +21,8 @@ const TOGETHER_NS: i64 = 500_000_000;
 
 /// Number of reports of a loss, without one, that show the consumer's time to be too short, if no earlier sign does.
 const TOO_SHORT: u64 = 3;
+/// Number of periods from which a silence at the end of the capture is one.
+const SILENT_PERIODS: i64 = 3;
 
 /// The error code of a drive (CiA 402-2).
 const ERROR_CODE: u16 = 0x603F;
@@ -193,9 +195,11 @@ impl Emergencies {
             let Some(one) = scene.ledger.get(place) else { continue };
             let silent =
                 one.bus == scene.id && matches!(one.kind, IncidentKind::NodeSilent | IncidentKind::HeartbeatStopped);
-            let Some(node) = one.subject.node.filter(|_| silent && one.end.is_some() && !one.has("boot_up")) else {
-                continue;
-            };
+            // A silence at the end that is longer than all before is none of those.
+            let periods = one.ns("period").unwrap_or(0).saturating_mul(SILENT_PERIODS);
+            let again = one.repeats.count > 1 && scene.at.since(one.repeats.since).is_some_and(|rest| rest < periods);
+            let silent = silent && (one.end.is_some() || again);
+            let Some(node) = one.subject.node.filter(|_| silent && !one.has("boot_up")) else { continue };
             let short = scene.ledger.all.iter().position(|other| {
                 let watches =
                     other.kind == IncidentKind::ConsumerTimeTooShort && other.count("watched") == u64::from(node);

@@ -250,7 +250,8 @@ impl Motions {
         axis.reset &= state == DriveState::Fault;
         let held = axis.by_pdo && axis.control.is_some_and(|word| word & 0x8F == 0x0F);
         let down = matches!(state, DriveState::SwitchedOn | DriveState::ReadyToSwitchOn | DriveState::SwitchOnDisabled);
-        axis.left = held && down && (axis.left || before == Some(DriveState::OperationEnabled));
+        // What the controller commands then is a reaction: it has left it until it is back.
+        axis.left = down && (axis.left || held && before == Some(DriveState::OperationEnabled));
         let (left, mode) = (axis.left, axis.mode);
         let limit = enabled && word & LIMIT != 0;
         axis.limit = limit.then(|| axis.limit.unwrap_or(at));
@@ -263,9 +264,10 @@ impl Motions {
             let late = at.since(*since).is_some_and(|since| since >= ACKNOWLEDGE_NS);
             (late && *samples >= SAMPLES).then_some(*since)
         });
-        let stays = state == DriveState::SwitchOnDisabled && word & VOLTAGE == 0;
         // An axis that left that state starts anew.
+        let stays = state == DriveState::SwitchOnDisabled;
         axis.upward = axis.upward.filter(|_| stays);
+        let voltage = word & VOLTAGE != 0;
         // A client that has commanded each step by SDO and read the state shows it without a clock. PDOs must have
         // commanded each for longer than that takes.
         axis.vain = match axis.control.and_then(step) {
@@ -278,8 +280,8 @@ impl Motions {
         let long = |since: FrameRef| at.since(since).is_some_and(|since| since >= ENABLE_NS);
         let vain = axis.vain.1.filter(|since| axis.vain.0 == ALL_STEPS && (!by_pdo || long(*since)));
         let told = axis.upward.filter(|(since, enable)| {
-            let least = if *enable { STANDS_NS } else { ENABLE_NS };
-            at.since(*since).is_some_and(|since| since >= least)
+            let least = if *enable && !voltage { STANDS_NS } else { ENABLE_NS };
+            (*enable || !voltage) && at.since(*since).is_some_and(|since| since >= least)
         });
         let open = axis.open.iter().any(|(kind, _)| *kind == IncidentKind::NotEnabled);
         let disabled = told.map(|(since, _)| since).or((open && stays).then_some(at)).or(vain);

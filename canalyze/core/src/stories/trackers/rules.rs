@@ -194,7 +194,11 @@ impl RuleIncidents {
                 answered_late(one, finding);
             }
             // A consequence of an earlier one of the same kind is a repetition.
-            let totals = code == Code::Bus001 && finding.measured().is_some_and(|all| all.get("duration").is_some());
+            let totals = matches!(code, Code::Bus001 | Code::Bus007)
+                && finding.measured().is_some_and(|all| all.get("duration").is_some());
+            if totals && code == Code::Bus007 {
+                one.measured = finding.measured();
+            }
             if one.kind == kind && because.is_none_or(|frame| one.holds(frame)) && !totals {
                 if one.end.is_some() || matches!(ends, Ends::Once | Ends::Never) {
                     one.again(at);

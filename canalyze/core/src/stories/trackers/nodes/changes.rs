@@ -170,6 +170,14 @@ impl NodeIncidents {
             })
         });
         let trouble = trouble.or_else(|| self.left_again(node, at, scene));
+        // A controller that stops all others stops as well.
+        let trouble = trouble.or_else(|| {
+            scene.ledger.last(scene.id, |one| {
+                let ordered = matches!(one.kind, IncidentKind::CommandedStop | IncidentKind::CommandedReset);
+                let others = ordered && one.clue.everyone && scene.heard.serving & bit(node) == 0;
+                others && one.began_within(at, REACTION_NS)
+            })
+        });
         let place = trouble.or_else(|| {
             let place =
                 scene.ledger.open(IncidentKind::LeftOperational, scene.id, Subject::node(node), at, finding.at)?;
