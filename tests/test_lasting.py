@@ -8,10 +8,12 @@ from __future__ import annotations
 import random
 import struct
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 from captures import log_text, session_output
 from diagnoses import ABOVE_HARMLESS, diagnosed
+from kinds_of_drives import CYCLIC_POSITION, DISABLED, ENABLED, ON, POSITION, READY, cycles, drive, enabled
 from kinds_of_nodes import NODE, PERIOD, beats, started
 from network import PRE_OPERATIONAL, Follower, Frames, Network
 
@@ -234,3 +236,39 @@ def test_a_download_that_failed_is_open_until_its_object_is_written(again: str) 
         net.write(NODE, 0x2100, 1 if again == "same" else 2, 7, 4)
     (problem,) = problems(net.frames())
     assert problem == ("request-unanswered", "over" if again == "same" else "stands")
+
+
+@pytest.mark.parametrize("then", [0x0F, 0x06, 0x00])
+@pytest.mark.parametrize("back", [False, True])
+def test_a_drive_that_dropped_out_is_out_until_it_is_enabled_again(then: int, back: bool) -> None:
+    """The controller holds its command, or takes it back once it sees that."""
+    net = cycles(enabled(POSITION), 15, ENABLED, POSITION, count=20)
+    cycles(net, 15, DISABLED, POSITION, count=3)
+    cycles(net, then, DISABLED, POSITION, count=20)
+    if back:
+        for controlword, statusword in ((6, READY), (7, ON), (15, ENABLED)):
+            cycles(net, controlword, statusword, POSITION, count=4)
+    assert problems(net.frames()) == [("state-left", "over" if back else "stands")]
+
+
+@pytest.mark.parametrize(("seconds", "expected"), [(3, []), (8, [("not-enabled", "stands")])])
+def test_a_drive_that_is_told_enable_operation_at_once(seconds: int, expected: list[Problem]) -> None:
+    """With voltage, but without the steps before: it stays disabled."""
+    assert problems(cycles(drive(), 15, DISABLED, POSITION, count=seconds * 10).frames()) == expected
+
+
+@pytest.mark.parametrize("late", [0.03, 0.05, 0.2])
+def test_targets_that_the_recorder_held_back(late: float) -> None:
+    """All frames of a time come at once behind it: no target is late, then or later."""
+    net = enabled(CYCLIC_POSITION)
+    begin = net.now
+    for place in range(600):
+        net.send(0x305, struct.pack("<i", place), after=place * 0.004)
+    cycles(net, 15, ENABLED, CYCLIC_POSITION, count=24)
+    stalled = round((1_700_000_000 + begin + 1.0) * 1_000_000)
+    ends = stalled + round(late * 1_000_000)
+    frames = [
+        replace(frame, t_us=ends + (frame.t_us - stalled) // 100) if stalled <= frame.t_us < ends else frame
+        for frame in net.frames()
+    ]
+    assert problems(frames) == []
