@@ -232,8 +232,8 @@ impl Checks {
         self.srdos.judge(seen, cx);
     }
 
-    /// Takes an SDO frame of a default channel and its object.
-    pub fn sdo(&mut self, side: Side, node: u8, object: Option<Mux>, cx: &mut Context<'_>) {
+    /// Takes an SDO frame of a default channel, by which side, true if it is an abort, and its object.
+    pub fn sdo(&mut self, side: (Side, bool), node: u8, object: Option<Mux>, cx: &mut Context<'_>) {
         self.nodes.sdo(side, node, object.map(|mux| mux.index), cx);
         self.pdo_length.asked(node);
         if let Some((_, transmit, number)) = object.and_then(|mux| pdo_configuration::pdo_parameter(mux.index)) {

@@ -359,9 +359,13 @@ impl Nodes {
         }
     }
 
-    /// Takes a frame of a node's default SDO channel, and the object of its transfer.
-    pub fn sdo(&mut self, side: Side, node: u8, index: Option<u16>, cx: &mut Context<'_>) {
-        self.permissions.sdo(&self.nmt, side, node, cx);
+    /// Takes a frame of a node's default SDO channel, by which side, true if it is an abort, and the object of its
+    /// transfer.
+    pub fn sdo(&mut self, (side, aborts): (Side, bool), node: u8, index: Option<u16>, cx: &mut Context<'_>) {
+        // The abort of a client asks for nothing.
+        if side == Side::Server || !aborts {
+            self.permissions.sdo(&self.nmt, side, node, cx);
+        }
         match side {
             Side::Client => self.nmt.managed(node),
             Side::Server => self.nmt.present(node, cx.at),

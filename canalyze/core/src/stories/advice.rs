@@ -82,6 +82,9 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
         IncidentKind::ConsumerTimeTooShort => vec![say::CONSUMER_TIME],
         IncidentKind::GuardingStopped => vec![say::MASTER],
         IncidentKind::DuplicateNodeId => vec![say::NODE_ID],
+        IncidentKind::RequestUnanswered if one.findings.first().is_some_and(|cited| cited.code == Code::Sdo011) => {
+            vec![say::STATE]
+        }
         IncidentKind::RequestUnanswered | IncidentKind::LateAnswer => vec![say::SERVER, say::CLIENT],
         IncidentKind::ObjectRefused | IncidentKind::IdentityMismatch | IncidentKind::LengthRefused => vec![say::EDS],
         IncidentKind::MappingRefused if one.has("others") => vec![say::EDS, say::MAPPING],

@@ -542,7 +542,12 @@ impl OfBus {
             (Code::Hbt002, _) => {}
             (Code::Nmt003, Some(node)) => self.nodes.restarted(node, finding, self.was, scene),
             (Code::Nmt004 | Code::Nmt005, Some(node)) => self.nodes.changed(node, finding, scene),
-            (Code::Nmt002 | Code::Nmt006, Some(node)) => self.nodes.owes(node, finding, scene),
+            (Code::Nmt002, Some(node)) => self.nodes.owes(node, finding, scene),
+            (Code::Nmt006, Some(node)) => {
+                self.nodes.owes(node, finding, scene);
+                // Its state is older than the reset.
+                self.heard.state(node, None);
+            }
             (code, Some(node)) if code.rule().id.starts_with("EMC") => {
                 if !self.emergencies.found(node, finding, scene) {
                     self.found.found(finding, scene!(self, ledger, bus, id, at));

@@ -4,7 +4,7 @@ use super::incident::{Incident, Status};
 use super::kinds::IncidentKind;
 use super::sayings::Saying;
 use crate::rules::Measured;
-use crate::rules::finding::Quantity;
+use crate::rules::finding::{Code, Quantity};
 
 /// Returns the line; `None` if the words of the kind suffice. `began_ns`: the first stamp of the capture.
 pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
@@ -152,6 +152,7 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
             }
             _ => return None,
         },
+        IncidentKind::RequestUnanswered if is_to_stopped(one) => Saying::Since { at }.into(),
         IncidentKind::RequestUnanswered if count == 1 => match get("object") {
             Some(Quantity::Object(object)) => Saying::Unanswered { object, at }.into(),
             _ => Saying::UnansweredAt { at }.into(),
@@ -232,6 +233,11 @@ fn untimed(one: &Incident) -> Option<Measured> {
     })
 }
 
+/// Returns true for requests that a Stopped node does not serve.
+fn is_to_stopped(one: &Incident) -> bool {
+    one.findings.first().is_some_and(|cited| cited.code == Code::Sdo011)
+}
+
 /// Returns true if the line names the kind by itself; otherwise the words of the kind precede it.
 pub fn is_whole(one: &Incident, began_ns: Option<i64>) -> bool {
     if one.begin.t_ns.is_none() || one.begin.t_ns < began_ns {
@@ -241,6 +247,7 @@ pub fn is_whole(one: &Incident, began_ns: Option<i64>) -> bool {
         IncidentKind::PdoLength | IncidentKind::PdoNotAllowed | IncidentKind::CaptureGap => {
             one.kind == IncidentKind::CaptureGap || !one.clue.reported.is_empty()
         }
+        IncidentKind::RequestUnanswered if is_to_stopped(one) => false,
         IncidentKind::DuplicateNodeId => one.has("answers") || one.has("equal_answers"),
         IncidentKind::NotEnabled => one.has("statusword"),
         IncidentKind::SharedCobId => one.has("alternates"),

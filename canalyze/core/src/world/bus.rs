@@ -324,11 +324,11 @@ impl Bus {
         }
         self.checks.due(frame, cx);
         if key.1.is_none() {
-            let object = match cx.events.get(before).map(|event| &event.what) {
-                Some(What::Sdo(step)) => step.mux.or(step.command.mux()),
-                _ => None,
+            let (object, aborts) = match cx.events.get(before).map(|event| &event.what) {
+                Some(What::Sdo(step)) => (step.mux.or(step.command.mux()), matches!(step.command, Command::Abort(..))),
+                _ => (None, false),
             };
-            self.checks.sdo(side, node, object, cx);
+            self.checks.sdo((side, aborts), node, object, cx);
         }
         for place in before..cx.events.len() {
             match cx.events.get(place).map(|event| &event.what) {
