@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 64_260;
+const WHOLE: usize = 64_290;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -25,7 +25,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("session", 2_780),
     ("settings", 1_310),
     // With ends that a frame shows, second devices, and periods that stay changed.
-    ("stories", 6_580),
+    ("stories", 6_620),
     ("tables", 6_110),
     // The transfers of CANopen FD.
     ("usdo", 1_030),
