@@ -257,7 +257,7 @@ def test_a_drive_that_is_told_enable_operation_at_once(seconds: int, expected: l
     assert problems(cycles(drive(), 15, DISABLED, POSITION, count=seconds * 10).frames()) == expected
 
 
-@pytest.mark.parametrize("late", [0.03, 0.05, 0.2])
+@pytest.mark.parametrize("late", [0.03, 0.05, 0.2, 0.9])
 def test_targets_that_the_recorder_held_back(late: float) -> None:
     """All frames of a time come at once behind it: no target is late, then or later."""
     net = enabled(CYCLIC_POSITION)

@@ -416,6 +416,10 @@ impl Motions {
         let last = std::mem::replace(&mut one.last, at);
         let Some(gap) = at.since(last).filter(|gap| last.no > 0 && *gap > 0) else { return };
         let period = one.usual.ns;
+        // A recorder that was held back delivers many at once.
+        if one.usual.is_known() && gap.saturating_mul(MISSING) < period {
+            return;
+        }
         if !one.usual.is_known() || gap < period.saturating_mul(MISSING) {
             return one.usual.learn(gap);
         }
