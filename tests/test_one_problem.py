@@ -196,3 +196,23 @@ def test_nodes_that_restart_at_the_same_time(spread: float) -> None:
     (told,) = (one for one in said.incidents if not one["cause"] and one["status"] in ABOVE_HARMLESS)
     assert (told["incident"], told["status"]) == ("node-restarted", "over")
     assert set(told["subject"]["nodes"]) == set(nodes)
+
+
+@pytest.mark.parametrize("names", [NODE, 0])
+def test_a_report_that_names_the_lost_node(names: int) -> None:
+    """A consumer of which another entry of 1016h is known reports the loss of a node, perhaps by its number."""
+    consumer = 9
+    net = started(NODE, 7, consumer).write(consumer, 0x1016, 1, 7 << 16 | 500, 4)
+    net = beats(net, {7: 12.0, consumer: 12.0, NODE: 4.0})
+    net.wait(4.4).emcy(consumer, 0x8130, 0x11, bytes([0, names, 0, 0, 0]))
+    told = roots(net.frames())
+    assert told == (["node-silent"] if names else ["node-silent", "heartbeat-consumer-error"])
+
+
+def test_the_last_report_of_a_node_is_no_consequence_of_its_silence() -> None:
+    net = beats(started(NODE, 7, 8), {7: 12.0, 8: 3.0, NODE: 4.0})
+    net.wait(4.05).emcy(NODE, 0x8130, 0x11, bytes([0, 8, 0, 0, 0]))
+    said = diagnosed(log_text(net.frames()))
+    causes = {one["id"]: one["subject"].get("node") for one in said.incidents}
+    (report,) = (one for one in said.incidents if one["incident"] == "heartbeat-consumer-error")
+    assert causes[report["cause"]["id"]] == 8

@@ -203,7 +203,8 @@ fn loss(pair: &Pair<'_>) -> Option<(Grade, i64)> {
         let most = if says { WINDOW_NS.max(period.saturating_mul(PERIODS)) } else { period.saturating_mul(PERIODS) };
         // Or the silence was noticed by this emergency.
         let shows = says && cause.noticed.no == effect.begin.no;
-        let any = effect.clue.watched.is_empty() && (shows || (least..=most).contains(&delay));
+        let named = effect.clue.named & cause.subject.nodes != 0;
+        let any = (effect.clue.watched.is_empty() || named) && (shows || (least..=most).contains(&delay));
         return any.then_some((Grade::Likely, delay.saturating_sub(period.saturating_mul(2)).saturating_abs()));
     };
     let within = within(cause, limit);
@@ -284,7 +285,9 @@ fn could_hear_nobody(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let of_bus = pair.effect.clue.reported.iter().any(|code| (0x8100..=0x82FF).contains(code));
     let lost = matches!(pair.cause.kind, NodeSilent | SegmentLost);
     let stops = pair.effect.clue.reported.is_empty() && matches!(pair.effect.kind, AxisFault | QuickStop | StateLeft);
-    (pair.same_node && (of_bus || stops) && lost && pair.delay >= 0).then_some((Grade::Likely, pair.delay))
+    // What it sent last is no consequence.
+    let after = pair.effect.begin.no > pair.cause.begin.no && pair.delay >= 0;
+    (pair.same_node && (of_bus || stops) && lost && after).then_some((Grade::Likely, pair.delay))
 }
 
 /// L17: a node stores parameters or a program and has no time for anything else.

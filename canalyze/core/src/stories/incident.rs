@@ -254,6 +254,8 @@ pub struct Incident {
 pub(super) struct Clue {
     /// Nodes that the subject monitors by 1016h, with their times in ns.
     pub(super) watched: Vec<(u8, i64)>,
+    /// Node-IDs that the vendor's bytes of its report of a loss may name, one bit each.
+    pub(super) named: u128,
     /// Producers of the PDOs that the subject waits for, one bit each.
     pub(super) sources: u128,
     /// True if the command addressed all nodes.

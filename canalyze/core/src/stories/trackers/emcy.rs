@@ -164,6 +164,10 @@ impl Emergencies {
             short.and_then(|(_, _, _, sub)| scene.value(node, 0x1016, sub)).and_then(|(_, from)| from.frame());
         let Some(one) = scene.ledger.get_mut(place) else { return };
         one.clue.watched = watched.iter().map(|(node, time, _)| (*node, *time)).collect();
+        if code == LIFE_GUARD {
+            let nodes = manufacturer.iter().filter(|byte| (1..=127).contains(*byte));
+            one.clue.named = nodes.fold(0, |all, node| all | bit(*node));
+        }
         (one.clue.sources, one.clue.sync, one.clue.suspects) = (sources, sync, suspects);
         if let Some(short) = short {
             is_too_short(one, short, written);
