@@ -111,15 +111,15 @@ def command(words: Words) -> click.Command:
                 if form == "jsonl":
                     _write_lines(shown, out)
                 elif whole is not None:
-                    incidents, shown = (diagnosis_text.of_buses(some, whole) for some in (incidents, shown))
+                    every, some = (diagnosis_text.of_buses(those, whole) for those in (incidents, shown))
                     if story is None:
                         named = tuple(name for name in names if name != STDIN)
-                        diagnosis_text.show(shown, whole, out, words, named, everything=everything, chosen=chosen)
+                        diagnosis_text.show(some, whole, out, words, named, everything=everything, chosen=chosen)
                     else:
-                        by_id = {one["id"]: one for one in incidents}
+                        by_id = {one["id"]: one for one in every}
                         near = _near(one for _, one in diagnosis_text.tree(by_id[story], by_id))
                         lines = _lines(names, near, given, stamps, words)
-                        diagnosis_text.tell(story, incidents, whole, lines, out, words, names)
+                        diagnosis_text.tell(story, every, whole, lines, out, words, names)
             if html is not None and whole is not None:
                 reading = _Reading(names, given, stamps, words)
                 _write_page(html, reading, incidents, whole, every=frames == "all", force=force)
