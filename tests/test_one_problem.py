@@ -216,3 +216,36 @@ def test_the_last_report_of_a_node_is_no_consequence_of_its_silence() -> None:
     causes = {one["id"]: one["subject"].get("node") for one in said.incidents}
     (report,) = (one for one in said.incidents if one["incident"] == "heartbeat-consumer-error")
     assert causes[report["cause"]["id"]] == 8
+
+
+def test_a_violation_and_the_abort_it_gets() -> None:
+    net = beats(started(NODE, 7), {7: 8.0, NODE: 8.0}).wait(2)
+    net.exchange(NODE, struct.pack("<BHBI", 0x21, 0x2100, 1, 21), struct.pack("<BHBI", 0x60, 0x2100, 1, 0))
+    net.exchange(NODE, b"\x00" + bytes(7), b"\x20")
+    net.exchange(NODE, b"\x00" + bytes(7), struct.pack("<BHBI", 0x80, 0x2100, 1, 0x0503_0000))
+    assert roots(net.frames()) == ["damaged-transfer"]
+
+
+def test_a_pdo_that_is_too_short_and_the_report_of_its_receiver() -> None:
+    net = Network().boot(NODE).write(NODE, 0x1017, 0, round(PERIOD * 1000), 2)
+    net.set_pdo(NODE, 1, [(0x6200, 1, 8), (0x6200, 2, 8)], transmit=False).nmt(START, NODE)
+    net = beats(net, {NODE: 6.0})
+    net.wait(1).cyclic(0x200 + NODE, period=0.1, payloads=[b"\x01"] * 20)
+    net.emcy(NODE, 0x8210, 0x11)
+    assert roots(net.frames()) == ["pdo-length"]
+
+
+@pytest.mark.parametrize("kind", ["node-restarted", "left-operational"])
+def test_rpdos_that_stop_with_their_node_are_no_problem(kind: str) -> None:
+    """The controller of a network with SYNC sends none to a node that is not Operational."""
+    net = beats(started(NODE, 7), {7: 12.0})
+    begin = net.now
+    if kind == "node-restarted":
+        beats(net, {NODE: 4.0}).wait(4.05).boot(NODE)
+    net.now = begin
+    beats(net, {NODE: 12.0}, ((0, 5), (4.1, PRE_OPERATIONAL)))
+    net.now = begin
+    net.sync(period=0.01, count=1190)
+    for number in range(410):
+        net.send(0x200 + NODE, bytes([number % 200, 1]), after=number * 0.01 + 0.001)
+    assert roots(net.frames()) == [kind]

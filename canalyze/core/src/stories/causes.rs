@@ -1,7 +1,7 @@
 //! The rules of cause, one in each row; the first match applies.
 //!
 //! A rule compares two incidents of one bus and the facts known at their beginning. Its number appears as `cause` in
-//! machine output (L1 to L28); L0 is a cause that a finding names itself.
+//! machine output (L1 to L35); L0 is a cause that a finding names itself.
 
 use std::ops::RangeInclusive;
 
@@ -46,7 +46,7 @@ type CauseRule = (u8, fn(&Pair<'_>) -> Option<(Grade, i64)>);
 const RULES: &[CauseRule] = &[
     (0, said_by_the_finding),
     (1, loss_reported),
-    (13, no_heartbeats),
+    (32, no_heartbeats),
     (2, guarding_stopped),
     (3, commanded_reset_reported),
     (5, rpdo_without_source),
@@ -58,13 +58,16 @@ const RULES: &[CauseRule] = &[
     (15, contradicted),
     (18, supply_dipped),
     (11, nobody_to_answer),
-    (11, transfer_ended),
+    (35, transfer_ended),
+    (30, violation_refused),
+    (31, length_reported),
     (12, configuration_lost),
     (15, commanded),
     (7, communication_lost),
-    (5, node_not_operational),
+    (33, node_not_operational),
     (13, configured_wrongly),
     (14, boot_cut_short),
+    (34, boot_awaited),
     (4, error_before),
     (23, no_edge),
     (8, announced),
@@ -340,12 +343,28 @@ fn nobody_to_answer(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     }
 }
 
-/// L11: frames of a transfer that the server refused were still under way.
+/// L35: frames of a transfer that the server refused were still under way.
 fn transfer_ended(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let soon = (0..=PROMPT_NS).contains(&pair.delay) && pair.alone();
     let left_over = pair.effect.findings.iter().all(|cited| cited.code == Code::Sdo007);
     let refused = pair.cause.has("refused") && pair.effect.kind == DamagedTransfer && left_over;
     (soon && refused).then_some((Grade::Likely, pair.delay))
+}
+
+/// L30: a server refuses a transfer that violates the protocol.
+fn violation_refused(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let Pair { cause, effect, delay, .. } = *pair;
+    let code = matches!(effect.get("abort"), Some(Quantity::Abort(code)) if code.is_violation());
+    let within = (effect.begin.no..=effect.noticed.no).contains(&cause.begin.no);
+    (pair.alone() && cause.kind == DamagedTransfer && code && within)
+        .then_some((Grade::Certain, delay.saturating_abs()))
+}
+
+/// L31: a consumer reports a PDO that does not fit its mapping.
+fn length_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let own = pair.cause.kind == PdoLength && matches!(pair.cause.subject.pdo, Some((false, _)));
+    let says = pair.reported(0x8210) || pair.reported(0x8220);
+    (pair.alone() && own && says && pair.delay >= -LATE_NS).then_some((Grade::Certain, pair.delay.saturating_abs()))
 }
 
 /// L29: a guarded node that did not answer shows at its return that it has restarted.
@@ -396,7 +415,7 @@ fn communication_lost(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     (limit..=limit + limit / 3 + PROMPT_NS).contains(&pair.delay).then_some((Grade::Likely, pair.delay))
 }
 
-/// L5: a node that is lost or not Operational sends no PDO.
+/// L33: a node that is lost or not Operational sends no PDO, and none is sent to it.
 fn node_not_operational(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     // A controller stops the RPDOs of a node that it has lost.
     let missing = matches!(pair.effect.kind, PdoMissing | SyncStopped | SyncIrregular | RpdoStopped);
@@ -424,7 +443,7 @@ fn configured_wrongly(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     (pair.same_node && other && same && pair.cause.has("refused")).then_some((Grade::Likely, pair.delay))
 }
 
-/// L13: a producer that refused its heartbeat time sends no heartbeats.
+/// L32: a producer that refused its heartbeat time sends no heartbeats.
 fn no_heartbeats(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let Pair { cause, effect, delay, .. } = *pair;
     let time = matches!(cause.get("object"), Some(Quantity::Object(object)) if object.index == PRODUCER_TIME);
@@ -433,14 +452,19 @@ fn no_heartbeats(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     (misses && delay >= 0).then_some((Grade::Likely, 0))
 }
 
-/// L14: a master that got no answer, or a refusal, does not start the node; one that starts no node waits for that one
-/// (CiA 302-2, mandatory slaves).
+/// L14: a master that got no answer, or a refusal, does not start the node.
 fn boot_cut_short(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let waits = matches!(pair.effect.kind, NotStarted | BootStuck)
         || pair.effect.kind == StartWithoutEffect && pair.cause.kind == ProgramFailed;
     let cut = pair.cause.has("refused") || matches!(pair.cause.kind, RequestUnanswered | IdentityMismatch);
-    let all_wait = pair.effect.has("started_nodes") && pair.cause.end.is_none();
-    (waits && cut && (pair.same_node || all_wait)).then_some((Grade::Likely, pair.delay.saturating_abs()))
+    (pair.same_node && waits && cut).then_some((Grade::Likely, pair.delay.saturating_abs()))
+}
+
+/// L34: a master that starts none of its nodes waits for the one whose boot was cut short (CiA 302-2, mandatory slaves).
+fn boot_awaited(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let cut = pair.cause.has("refused") || matches!(pair.cause.kind, RequestUnanswered | IdentityMismatch);
+    let waits = pair.effect.kind == NotStarted && pair.effect.has("started_nodes") && pair.cause.end.is_none();
+    (waits && cut).then_some((Grade::Likely, pair.delay.saturating_abs()))
 }
 
 /// L4: a node with an error leaves Operational, or does not reach it (1029h).

@@ -328,6 +328,10 @@ impl OfBus {
         self.heard.pdo(data.node, at);
         let dirty = self.alive(data.node, frame, bus, ledger);
         // A node without heartbeats shows by its PDOs that it is started.
+        let booted = self.heard.states.get(usize::from(data.node)) == Some(&Some(BOOT_UP));
+        if booted && data.state == Some(OPERATIONAL) {
+            self.heard.state(data.node, Some(OPERATIONAL));
+        }
         if data.state == Some(OPERATIONAL) && self.nodes.is_waiting(data.node) {
             self.heard.operational |= bit(data.node);
             self.nodes.state(data.node, OPERATIONAL, scene!(self, ledger, bus, id, at));

@@ -105,7 +105,7 @@ pub(super) const SIGNS: &[SignRow] = &[
     (Code::Pdo012, IncidentKind::PdoLength, 1, Ends::Length),
     (Code::Pdo014, IncidentKind::PdoConfiguration, 1, Ends::Never),
     (Code::Pdo016, IncidentKind::PdoConfiguration, 1, Ends::Never),
-    (Code::Pdo018, IncidentKind::PdoNotAllowed, 1, Ends::Never),
+    (Code::Pdo018, IncidentKind::PdoNotAllowed, 1, Ends::Written),
     (Code::Pdo020, IncidentKind::SharedCobId, 1, Ends::Never),
     (Code::Pdo021, IncidentKind::PdoLength, 1, Ends::Former),
     (Code::Sdo001, IncidentKind::DamagedTransfer, 1, Ends::Transferred),
