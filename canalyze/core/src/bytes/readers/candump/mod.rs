@@ -378,7 +378,9 @@ fn general(text: &[u8], rows: bool) -> Line<'_> {
         }
     }
     let text = unquoted;
-    if let Some((number, rest, bare)) = listing::numbered(text) {
+    // A row that begins with a channel has no number before it.
+    let first = |bare: bool| !bare || rows || columns::row(text).is_none();
+    if let Some((number, rest, bare)) = listing::numbered(text).filter(|(_, _, bare)| first(*bare)) {
         let line = unnumbered(rest);
         // `1  601   [8] ...` may also have an interface named by a number.
         if line.is_meant() && (!bare || rows || line.stamp.is_some() || !line.bus.is_empty()) {
