@@ -326,6 +326,44 @@ SDO = (0x60A, "4017100000000000")
         ("i2c 0x3c: 01 02\ni2c 0x3d: 01\n", []),
         ("0.5 waiting for 0x60A\n", []),
         ('{"id":"60A","dlc":8,"data":"40 17 10 00 00 00 00 00"}\n', []),
+        # A name of several words between blanks, and one that the columns of its rows do not have.
+        ("Time [s]  ID  Len  Data\n0.5  705  1  05\n", [(0x705, "05")]),
+        ("Time (ms) ID Len Data\n0.5 705 1 05\n", [(0x705, "05")]),
+        ("Time ms  CAN ID  DLC  Data Bytes\n0.5 705 1 05\n", [(0x705, "05")]),
+        ("# Time (ms) ID Len Data\n0.5 705 1 05\n", [(0x705, "05")]),
+        ("# Time (ms) ID Len Data\n1 0.5 705 1 05\n", [(0x705, "05")]),
+        ("Time  Event Kind  ID  Dir  Len  Data\n0.5  CAN  705  Rx  1  05\n", [(0x705, "05")]),
+        ("ID  Len  Data\n705  1  05 06\n60A  8  40 17 10 00 00 00 00 00\n", [SDO]),
+        # Text behind the bytes, and rows of any identifier.
+        ("60A 8 40 17 10 00 00 00 00 00\n18A 2 11 22 <- here!!\n28A 2 11 22 and then\n",
+         [SDO, (0x18A, "1122"), (0x28A, "1122")]),
+        ("60A 40 17 10 00 00 00 00 00\n18A 11 22 // here\n18A 11 22 here\n", [SDO, (0x18A, "1122")]),
+        ("60A 8 40 17 10 00 00 00 00 00\n080 0 sync\n100 0 errors\n100 2 errors\n5 1 10 more\n",
+         [SDO, (0x080, "")]),
+        ("60A 8 40 17 10 00 00 00 00 00\n18A 2 11 22 33 foo\n18A 3 11 22 foo\n", [SDO]),
+        ("0.1 CAN 1  60A  SDO_10  Tx  8  40 17 10 00 00 00 00 00\n0.2 CAN 1  0  NMT  Tx  2  01 00\n"
+         "0.3 CAN 1  80  SYNC  Tx  0\nstarted 8 0\n", [SDO, (0x000, "0100"), (0x080, "")]),
+        ("10:00:01 404 index 2 10 20\n10:00:02 200 index 1 10\n", []),
+        # A decimal comma between blanks.
+        ("1,000  Rx  60A  8  40 17 10 00 00 00 00 00\n1,012  Tx  0  2  01 00\n1,5 Rx 80 0\n",
+         [SDO, (0x000, "0100"), (0x080, "")]),
+        ("585,60 17 10 00 00 00 00 00\n", [(0x585, "6017100000000000")]),
+        # Identifiers of PLCs, and a unit behind a length.
+        ("COB-ID;DLC;Data\n16#60A;8;40 17 10 00 00 00 00 00\n$705;1;05\n", [SDO, (0x705, "05")]),
+        ("COB-ID;Laenge;Daten\nW#16#060A;8;B#16#40 B#16#17 B#16#10 B#16#00 B#16#00 B#16#00 B#16#00 B#16#00\n", [SDO]),
+        ("$100 20 30\n$200 10 20\n", []),
+        ("Len,Record,ID,Data\n1 B,CAN Data,0x705,05\n0 B,CAN Data,0x080,\n", [(0x705, "05"), (0x080, "")]),
+        # Wireshark's rows without bytes; an identifier in a sentence is none.
+        ("1 0.1 CAN 16 STD: 0x0000060a   40 17 10 00 00 00 00 00\n2 0.2 CAN 8 STD: 0x00000080   \n"
+         "waiting for id 0x705\n", [SDO, (0x080, "")]),
+        # One base for the identifiers of a column.
+        ("time,can_id,len,data\n1.0,1797,1,05\n1.1,128,0,\n1.2,385,2,2b01\n",
+         [(0x705, "05"), (0x080, ""), (0x181, "2B01")]),
+        ("time,can_id,len,data\n1.0,705,1,05\n1.1,128,0,\n", [(0x705, "05"), (0x128, "")]),
+        ("time,can_id,len,data\n1.0,0181,1,05\n1.1,385,1,06\n", [(0x181, "05"), (0x385, "06")]),
+        ("time,can_id,len,data\n" + "1.1,385,1,10\n" * 100 + "1.2,1797,1,05\n",
+         [(0x181, "10")] * 100 + [(0x705, "05")]),
+        ("Time;ID (dec);Len;Data (dec)\n0,1;705h;1;5\n0,2;1797;1;5\n", [(0x705, "05")] * 2),
     ],
 )  # fmt: skip
 def test_what_a_row_says(text: str, frames: list[tuple[int, str]]) -> None:
@@ -364,3 +402,103 @@ def test_a_length_that_does_not_fit_is_said(canalyze: Runner, tmp_path: Path) ->
     (tmp_path / "a.csv").write_text("Time,ID,DLC,Data\n0.1,60A,8,40 17\n0.2,705,1,05\n")
     done = canalyze("--lang", "en", "decode", "a.csv")
     assert len(done.lines) == 1 and done.complaints == ["a.csv:2: cannot be read: data bytes do not match the length"]
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("ID|CS|Index|Sub|Data\n60A|40|1017|00|00 00 00 00\n", "spread over columns or rows"),
+        ("kind,start,data,identifier\nid,0.1,,0x60A\nbyte,0.2,0x40,\nbyte,0.3,0x17,\n", "spread over columns or rows"),
+        ("ID DLC Data\n385 4 55 2 8 7\n", "hexadecimal (385h) or decimal (181h); name their column ID (hex)"),
+        ("time,id,data\n0.1,1234,10\n", "hexadecimal (1234h) or decimal (4D2h)"),
+        ("ID;Len;Data\n60G;1;05\n", "cell 1 is not an identifier"),
+        ('"t","t_ns","capture","bus","id","extended","dir","len","data"\n1,2,"a","can0",1797,false,,1,"05"\n',
+         "a table that canalyze exported"),
+    ],
+)  # fmt: skip
+def test_rows_that_are_refused_say_why(canalyze: Runner, tmp_path: Path, text: str, why: str) -> None:
+    (tmp_path / "a.txt").write_text(text)
+    done = canalyze("--lang", "en", "decode", "a.txt")
+    assert done.out == "" and why in done.err
+    assert read(text) == []
+
+
+def test_its_own_export_is_refused(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "e.log").write_text("(1.0) can0 705#05\n(1.1) can0 182#0102\n")
+    assert canalyze("export", "e.log", "-o", "frames.csv").code == 0
+    done = canalyze("--lang", "en", "decode", "frames.csv")
+    assert done.out == "" and "frames.csv:2: cannot be read: a table that canalyze exported" in done.err
+
+
+def test_a_row_without_an_identifier_among_others_is_said(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(
+        "| ID | Len | Data |\n|---|---|---|\n| 705 | 1 | 05 |\n| x | 1 | 05 |\n| sum | 1 | |\n"
+    )
+    done = canalyze("--lang", "en", "decode", "a.csv")
+    assert len(done.lines) == 1 and done.complaints == ["a.csv:4: cannot be read: cell 1 is not an identifier"]
+
+
+@pytest.mark.parametrize(
+    ("text", "t"),
+    [
+        ("#,Time (ms),ID,Data\n1,12.3,705,05\n", "0.0123"),
+        ("| # | Time (ms) | ID | Data |\n|---|---|---|---|\n| 1 | 12.3 | `705` | `05` |\n", "0.0123"),
+        ("# Time (ms), ID, Data\n12.3,705,05\n", "0.0123"),
+        ("Time [ms]  ID  Len  Data\n12.3  705  1  05\n", "0.0123"),
+        ("Time / ms;ID;Data\n12,3;705;05\n", "0.0123"),
+        ("1,012  Rx  705  1  05\n", "1.012"),
+        ("m:s.ms.us,Len,ID,Data\n1:02.003.004,1 B,0x705,05\n", "62.003004"),
+    ],
+)
+def test_units_of_times(text: str, t: str) -> None:
+    assert [row["t"] for row in read(text)] == [t]
+
+
+@pytest.mark.parametrize(
+    ("head", "remote", "data"),
+    [
+        ("RTR", "1", "0"),
+        ("Remote", "true", "false"),
+        ("RTR", "yes", "no"),
+        ("远程帧", "远程帧", "数据帧"),
+        ("格式", "远程帧", "数据帧"),
+    ],
+)
+def test_a_column_says_that_a_frame_is_remote(head: str, remote: str, data: str) -> None:
+    rows = read(f"Time,ID,{head},DLC,Data\n0.1,705,{remote},1,\n0.2,705,{data},1,05\n")
+    assert [(row["rtr"], row["len"], row["data"]) for row in rows] == [(True, 1, ""), (False, 1, "05")]
+
+
+def test_a_remote_frame_has_the_code_of_its_length() -> None:
+    rows = read("ID;DLC;DataLength;RTR;Data\n705;1;0;1;\n60A;8;8;0;4017100000000000\n")
+    assert [(row["rtr"], row["len"]) for row in rows] == [(True, 1), (False, 8)]
+
+
+@pytest.mark.parametrize(
+    ("rx", "tx"),
+    [("Rx", "Tx"), ("empfangen", "gesendet"), ("Empfangen", "Senden"), ("E", "S"), ("R", "S"), ("in", "out")],
+)  # fmt: skip
+def test_words_for_a_direction(rx: str, tx: str) -> None:
+    rows = read(f"Zeit;Richtung;ID;Data\n0,1;{rx};705;05\n0,2;{tx};60A;4017100000000000\n")
+    assert [row["dir"] for row in rows] == ["rx", "tx"]
+
+
+def test_numbers_are_directions_only_of_programs_that_are_known(canalyze: Runner, tmp_path: Path) -> None:
+    text = "TimestampEpoch;Dir;ID;DataBytes\n0.1;0;705;05\n0.2;1;60A;4017100000000000\n"
+    assert [row["dir"] for row in read(text)] == ["rx", "tx"]
+    other = text.replace("TimestampEpoch", "Time")
+    assert [row["dir"] for row in read(other)] == [None, None]
+    (tmp_path / "a.csv").write_text(other)
+    assert "direction" not in canalyze("--lang", "en", "info", "a.csv").out
+
+
+def test_decimal_rows_of_canking(canalyze: Runner, tmp_path: Path) -> None:
+    """A channel is no row number: identifier 0 and two bytes are no identifier 2."""
+    (tmp_path / "a.txt").write_text(
+        " 0           0         2    1   0                    12.012300 T\n"
+        " 0        1546         8   64  23  16   0   0   0   0   0   12.1 T\n"
+        " 0         128         0                              12.2 R\n"
+    )
+    rows = [json.loads(line) for line in canalyze("decode", "--format", "jsonl", "a.txt").lines if '"frame"' in line]
+    rows = [row for row in rows if row["kind"] == "frame"]
+    assert [(row["id"], row["data"]) for row in rows] == [("000", "0100"), ("60A", SDO[1]), ("080", "")]

@@ -9,12 +9,12 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 64_290;
+const WHOLE: usize = 64_600;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
-    // With the rows inside other text.
-    ("bytes", 10_880),
+    // With the rows inside other text, and the refusal of tables that may be misread.
+    ("bytes", 11_160),
     ("checks", 7_550),
     // With learnt event timers.
     ("evidence", 3_390),

@@ -77,6 +77,20 @@ fn why(out: &mut Vec<u8>, lang: Lang, reason: Unreadable, of_text: bool) {
         Unreadable::Cut => say!(out, lang; zh: "该记录被截断"; en: "record is truncated"),
         Unreadable::CanXl => say!(out, lang; zh: "不支持CAN XL帧"; en: "CAN XL frames are not supported"),
         Unreadable::Bus => say!(out, lang; zh: "总线过多"; en: "too many buses"),
+        Unreadable::NoIdentifier { cell } => say!(out, lang;
+            zh: "第", cell, "格不是标识符"; en: "cell ", cell, " is not an identifier"),
+        Unreadable::Spread => say!(out, lang;
+            zh: "数据字节分散在无法理解的多列或多行中";
+            en: "the bytes are spread over columns or rows that are not understood"),
+        Unreadable::Base { hexadecimal, decimal } => {
+            let (one, other) = (format!("{hexadecimal:03X}h"), format!("{decimal:03X}h"));
+            say!(out, lang;
+                zh: "标识符可能是十六进制 (", one.as_str(), ") 或十进制 (", other.as_str(), "); 表头请写作 ID (hex) 或 ID (dec)";
+                en: "identifiers may be hexadecimal (", one.as_str(), ") or decimal (", other.as_str(),
+                    "); name their column ID (hex) or ID (dec)");
+        }
+        Unreadable::Exported => say!(out, lang;
+            zh: "是canalyze导出的表格; 请读取原来的记录文件"; en: "a table that canalyze exported; read the capture itself"),
     }
 }
 

@@ -90,8 +90,11 @@ pub enum Digits {
 
 /// Words for the direction of a frame, seen from the host, in lower case.
 const DIRECTIONS: &[(Direction, &[&str])] = &[
-    (Direction::Tx, &["tx", "txrq", "send", "sending", "sent", "transmit", "transmitted", "发送"]),
-    (Direction::Rx, &["rx", "recv", "receive", "receiving", "received", "接收"]),
+    (
+        Direction::Tx,
+        &["tx", "txrq", "send", "sending", "sent", "transmit", "transmitted", "senden", "gesendet", "发送"],
+    ),
+    (Direction::Rx, &["rx", "recv", "receive", "receiving", "received", "empfangen", "empfang", "接收"]),
 ];
 
 /// Returns the direction that a word names, in capital or small letters.

@@ -386,6 +386,22 @@ pub enum Unreadable {
     CanXl,
     /// Its bus is beyond the maximum number.
     Bus,
+    /// The cell at this place, from 1, should be an identifier.
+    NoIdentifier {
+        /// Its place in the row.
+        cell: u64,
+    },
+    /// The bytes are in several columns or rows that are not understood.
+    Spread,
+    /// The identifiers may be hexadecimal or decimal.
+    Base {
+        /// One of them, read as hexadecimal.
+        hexadecimal: u32,
+        /// The same, read as decimal.
+        decimal: u32,
+    },
+    /// A row of a table that this program exported.
+    Exported,
 }
 
 /// Processes bytes in any chunking: `take` gets the leftover `rest` followed by `bytes` and returns the number of bytes

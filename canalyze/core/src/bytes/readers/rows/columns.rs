@@ -12,10 +12,14 @@ pub(super) enum Column {
     Time(i64),
     /// Ticks of 0.1 ms, in hexadecimal digits (ZLG's adapters).
     Ticks,
-    /// The identifier, in this base.
+    /// The identifier, in this base or [`UNSAID`].
     Id(u32),
     Direction,
+    /// 0 for a received frame, 1 for a sent one.
+    Sent,
     Length,
+    /// The code of the length, beside the length.
+    Code,
     /// All bytes.
     Data,
     /// One byte.
@@ -24,6 +28,10 @@ pub(super) enum Column {
     Attribute,
     /// True for an extended identifier.
     Extended,
+    /// True for a remote frame.
+    Remote,
+    /// Some of the bytes, decoded: the others are elsewhere.
+    Part,
     /// The channel, counted from this number.
     Channel(u8),
     /// The number of the row, or the channel if it does not count them.
@@ -31,7 +39,12 @@ pub(super) enum Column {
     Other,
 }
 
-use Column::{Attribute, Channel, Data, Extended, Id, Length, Other, Ticks, Time};
+use Column::{Attribute, Channel, Data, Extended, Id, Length, Other, Part, Remote, Ticks, Time};
+
+/// The base of identifiers whose heading does not say it.
+pub(super) const UNSAID: u32 = 0;
+/// Maximum number of words of a name.
+const WORDS: usize = 4;
 
 pub(super) const SECOND: i64 = 1_000_000_000;
 pub(super) const MILLISECOND: i64 = 1_000_000;
@@ -46,16 +59,16 @@ pub(super) const NAMES: &[(&str, Column)] = &[
     ("时间", Time(SECOND)),
     ("系统时间", Time(SECOND)),
     ("时间标识", Ticks),
-    ("id", Id(16)),
-    ("can id", Id(16)),
-    ("can-id", Id(16)),
-    ("canid", Id(16)),
-    ("cob-id", Id(16)),
-    ("identifier", Id(16)),
-    ("message id", Id(16)),
-    ("arbitration id", Id(16)),
-    ("帧id", Id(16)),
-    ("id号", Id(16)),
+    ("id", Id(UNSAID)),
+    ("can id", Id(UNSAID)),
+    ("can-id", Id(UNSAID)),
+    ("canid", Id(UNSAID)),
+    ("cob-id", Id(UNSAID)),
+    ("identifier", Id(UNSAID)),
+    ("message id", Id(UNSAID)),
+    ("arbitration id", Id(UNSAID)),
+    ("帧id", Id(UNSAID)),
+    ("id号", Id(UNSAID)),
     ("dir", Column::Direction),
     ("direction", Column::Direction),
     ("rx/tx", Column::Direction),
@@ -99,25 +112,22 @@ pub(super) const NAMES: &[(&str, Column)] = &[
     ("时间戳", Time(SECOND)),
     ("时间标签", Time(SECOND)),
     ("接收时间", Time(SECOND)),
-    ("can_id", Id(16)),
-    ("arbitration_id", Id(16)),
-    ("arb id", Id(16)),
-    ("arbid", Id(16)),
-    ("message_id", Id(16)),
-    ("msg id", Id(16)),
-    ("msgid", Id(16)),
-    ("frame id", Id(16)),
-    ("frameid", Id(16)),
-    ("cobid", Id(16)),
-    ("cob id", Id(16)),
-    ("cob_id", Id(16)),
-    ("can identifier", Id(16)),
-    ("id hex", Id(16)),
-    ("报文id", Id(16)),
-    ("标识符", Id(16)),
+    ("can_id", Id(UNSAID)),
+    ("arbitration_id", Id(UNSAID)),
+    ("arb id", Id(UNSAID)),
+    ("arbid", Id(UNSAID)),
+    ("message_id", Id(UNSAID)),
+    ("msg id", Id(UNSAID)),
+    ("msgid", Id(UNSAID)),
+    ("frame id", Id(UNSAID)),
+    ("frameid", Id(UNSAID)),
+    ("cobid", Id(UNSAID)),
+    ("cob id", Id(UNSAID)),
+    ("cob_id", Id(UNSAID)),
+    ("can identifier", Id(UNSAID)),
+    ("报文id", Id(UNSAID)),
+    ("标识符", Id(UNSAID)),
     ("databytes", Data),
-    ("data_hex", Data),
-    ("data hex", Data),
     ("bytes", Data),
     ("frame data", Data),
     ("data field", Data),
@@ -131,12 +141,26 @@ pub(super) const NAMES: &[(&str, Column)] = &[
     ("kanal", Channel(1)),
     ("richtung", Column::Direction),
     ("länge", Length),
+    ("m:s.ms.us", Time(SECOND)),
+    ("laenge", Length),
+    ("类型", Attribute),
+    ("格式", Attribute),
+    ("rtr", Remote),
+    ("remote", Remote),
+    ("remote frame", Remote),
+    ("远程帧", Remote),
+    ("sub", Part),
+    ("subindex", Part),
+    ("sub-index", Part),
+    ("sub index", Part),
+    ("子索引", Part),
 ];
 
 /// The separator of the cells of a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Separator {
     Byte(u8),
+    #[default]
     Blanks,
 }
 
@@ -146,27 +170,30 @@ impl Column {
         match self {
             Time(_) | Ticks => "time",
             Id(_) => "id",
-            Self::Direction => "direction",
+            Self::Direction | Self::Sent => "direction",
             Length => "length",
             Data | Self::Byte => "data",
-            Attribute | Extended => "format",
+            Attribute | Extended | Remote => "format",
             Channel(_) | Self::Number => "channel",
-            Other => "-",
+            Other | Part | Self::Code => "-",
         }
     }
 
-    /// Returns the column with this name in a heading.
-    pub(super) fn named(name: &[u8]) -> Self {
-        let name = String::from_utf8_lossy(name).to_lowercase();
-        let (bare, said) = name.split_once(['(', '[']).unwrap_or((&name, ""));
+    /// Returns the column with this name in a heading, in lower case.
+    pub(super) fn named(name: &str) -> Self {
+        let name = name.trim_start_matches(['#', ' ']);
+        let (bare, said) = name.split_once(['(', '[']).unwrap_or((name, ""));
         let said = said.trim_end_matches([')', ']']);
-        let (bare, said) = match bare.trim().rsplit_once('_') {
-            Some((bare, unit @ ("s" | "ms" | "us" | "ns"))) => (bare, unit),
+        let (bare, said) = match bare.trim().rsplit_once(['_', ' ', '/']) {
+            Some((bare, said @ ("s" | "ms" | "us" | "µs" | "ns" | "hex" | "dec" | "dez"))) => {
+                (bare.trim_end_matches(['/', ' ']), said)
+            }
             _ => (bare.trim(), said),
         };
         if let Some((_, column)) = NAMES.iter().find(|(known, _)| *known == bare) {
             return match (column, said) {
-                (Id(_), "dec") => Id(10),
+                (Id(_), "dec" | "dez") => Id(10),
+                (Id(_), "hex") => Id(16),
                 (Time(_), "s") => Time(SECOND),
                 (Time(_), "ms") => Time(MILLISECOND),
                 (Time(_), "us" | "µs") => Time(MICROSECOND),
@@ -178,6 +205,26 @@ impl Column {
         let number = number.map(str::trim).filter(|number| !number.is_empty() && number.len() <= 2);
         if number.is_some_and(|number| number.bytes().all(|digit| digit.is_ascii_digit())) { Self::Byte } else { Other }
     }
+}
+
+/// Returns the names in a heading, in lower case. Between blanks a name may have several words, as `Time [s]` and `CAN ID`.
+pub(super) fn names(text: &[u8], separator: Separator) -> Vec<String> {
+    let words: Vec<String> =
+        cells(text, separator).iter().map(|word| String::from_utf8_lossy(word).to_lowercase()).collect();
+    let mut names = Vec::new();
+    let mut rest = words.as_slice();
+    while let [first, others @ ..] = rest {
+        let joined = |count: usize| {
+            let name = rest.get(..count)?.join(" ");
+            let whole = name.find([')', ']']).is_none_or(|end| end + 1 == name.len()) && first != "#";
+            (whole && Column::named(&name) != Other).then_some((name, rest.get(count..)?))
+        };
+        let most = if separator == Separator::Blanks { WORDS } else { 1 };
+        let (name, behind) = (2..=most).rev().find_map(joined).unwrap_or_else(|| (first.clone(), others));
+        names.push(name);
+        rest = behind;
+    }
+    names
 }
 
 /// Returns the cells of a line, without quotation marks and blanks around them.

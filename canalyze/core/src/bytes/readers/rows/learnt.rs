@@ -4,8 +4,9 @@ use super::columns::Column::{self, Attribute, Channel, Data, Id, Length, Other, 
 use super::columns::{SECOND, Separator, cells};
 use super::layout::RowLayout;
 use super::prose;
-use super::row::{Row, direction, identifier, length};
-use super::times::{number, time};
+use super::row::{CLASSIC, Row, direction, id_digits, identifier, length};
+use super::times::{begins_with_comma, number, time};
+use crate::bytes::readers::Unreadable;
 use crate::bytes::readers::candump::lex::{is_blank, is_hex};
 
 /// Number of identifiers that rise by one from which on they count something.
@@ -29,30 +30,83 @@ impl RowLayout {
             let (layout, row) = prose::guess(text, true)?;
             return (layout.columns.contains(&Length) == self.columns.contains(&Length)).then_some(row);
         }
-        let (layout, row) = guess(text, self.long_length)?;
+        let guessed = guess(text, self.long_length).filter(|(layout, _)| layout.columns == self.columns);
+        let row = guessed.map(|(_, row)| row).or_else(|| self.read_in_order(text))?;
         let channel = if self.counted { &b""[..] } else { row.channel };
-        (layout.columns == self.columns).then_some(Row { channel, ..row })
+        Some(Row { channel, ..row })
     }
 
-    /// Returns true if a line has as many cells as a row, one of them an identifier.
+    /// Reads a row whose words have the order of the columns, whatever its identifier; text may follow the bytes.
+    fn read_in_order<'a>(&self, text: &'a [u8]) -> Option<Row<'a>> {
+        let mut row = Row::default();
+        let found = cells(text, self.separator);
+        let mut rest = found.iter().copied().peekable();
+        let dated = self.columns.iter().any(|column| matches!(column, Time(_) | Column::Direction));
+        for (place, column) in self.columns.iter().enumerate() {
+            if *column == Data {
+                row.cells(&mut rest, place + 1 == self.columns.len())?;
+                continue;
+            }
+            let word = rest.next()?;
+            let fits = match column {
+                // A short number is an identifier only beside something else that shows a row.
+                Id(_) => identifier(word) || dated && word.len() <= 8 && is_hex(word),
+                Length => is_hex(word),
+                _ if row.count > 0 => trailing(word) == Some(*column),
+                _ => leading(word, place).or_else(|| is_name(word).then_some(Other)) == Some(*column),
+            };
+            fits.then(|| row.take(*column, word))??;
+        }
+        let id = row.id.map_or(0, |(id, _)| id);
+        let shown = match row.length {
+            // A number and a zero before other words are text, but for a SYNC.
+            Some(0) => dated || id == 0x80,
+            Some(_) => true,
+            None => row.count == CLASSIC || rest.peek().is_some_and(|word| !word.iter().all(u8::is_ascii_alphanumeric)),
+        };
+        (shown || rest.peek().is_none()).then_some(row)
+    }
+
+    /// Returns true if a line has the cells of a row: an identifier, and bytes or at least as many cells as the heading.
     pub(super) fn is_meant(&self, text: &[u8]) -> bool {
         if self.prose {
             return prose::is_meant(text);
         }
         let found = cells(text, self.separator);
         let least = self.columns.iter().filter(|column| !matches!(column, Column::Byte | Data)).count();
-        let id = self.columns.iter().zip(&found).any(|(column, cell)| match column {
-            Id(base) => number(cell, *base).is_some(),
-            _ => false,
-        });
-        let bytes = |cell: &&[u8]| cell.len() <= 2 && is_hex(cell);
-        found.len() >= least.max(2) && id && (self.named || found.last().is_some_and(bytes))
+        let cell = |of: fn(&Column) -> bool| self.columns.iter().position(of).and_then(|place| found.get(place));
+        let id = cell(|column| matches!(column, Id(_))).is_some_and(|cell| number(id_digits(cell).0, 16).is_some());
+        let is_byte = |cell: &&[u8]| (1..=2).contains(&cell.len()) && is_hex(cell);
+        let bytes = || cell(|column| *column == Data).is_some_and(is_byte) || found.last().is_some_and(is_byte);
+        let none = || cell(|column| *column == Length).is_some_and(|cell| *cell == b"0");
+        // Below a heading, the rest of a row shows that something else stands where its identifier should.
+        let mut row = Row { decimal: self.decimal, ..Row::default() };
+        let mut rest =
+            self.columns.iter().zip(&found).filter(|(column, _)| matches!(column, Length | Data | Column::Byte));
+        let whole = self.separator != Separator::Blanks
+            && rest.all(|(column, cell)| row.take(*column, cell).is_some())
+            && row.count >= row.length.unwrap_or(2).max(1);
+        found.len() >= least.max(2) && if self.named { id || whole } else { id && (bytes() || none()) }
+    }
+
+    /// Returns the reason why a row that was meant cannot be read; `read`: its cells could be.
+    pub(super) fn reason(&self, text: &[u8], read: bool) -> Unreadable {
+        let place = self.columns.iter().position(|column| matches!(column, Id(_))).unwrap_or_default();
+        let cell = cells(text, self.separator).get(place).copied().unwrap_or_default();
+        match self.refused {
+            Some(reason) => reason,
+            None if read => Unreadable::Data,
+            None if self.named && self.separator != Separator::Blanks && number(id_digits(cell).0, 16).is_none() => {
+                Unreadable::NoIdentifier { cell: place as u64 + 1 }
+            }
+            None => Unreadable::NoFrame,
+        }
     }
 }
 
 /// Reads a row without a heading by the form of its words. `long_length`: the first of the bytes is their number.
 pub(super) fn guess(text: &[u8], long_length: bool) -> Option<(RowLayout, Row<'_>)> {
-    let sign = [b';', b','].into_iter().find(|sign| text.contains(sign));
+    let sign = [b';', b','].into_iter().find(|sign| text.contains(sign)).filter(|_| !begins_with_comma(text));
     let separator = sign.map_or(Separator::Blanks, Separator::Byte);
     let mut words = cells(text, separator);
     if matches!(separator, Separator::Byte(_)) && words.last().is_some_and(|last| last.is_empty()) {
@@ -100,13 +154,21 @@ pub(super) fn guess(text: &[u8], long_length: bool) -> Option<(RowLayout, Row<'_
         None => (head, None),
     };
     let place = head.iter().rposition(|word| identifier(word))?;
+    // Other protocols have numbers with names and bytes, too.
+    let mut weak = false;
     for (number, word) in head.iter().enumerate() {
-        let column = if number == place { Id(16) } else { leading(word, number)? };
+        let name = number > place && is_name(word);
+        let column = match leading(word, number) {
+            _ if number == place => Id(16),
+            None if name => Other,
+            column => column?,
+        };
         // A number behind the identifier would be a length, and a second one of a kind is something else.
         let again = column != Other && columns.contains(&column);
-        if again || number > place && matches!(column, Channel(_) | Other) {
+        if again || number > place && (matches!(column, Channel(_)) || column == Other && (!name || weak)) {
             return None;
         }
+        weak |= name && column == Other;
         row.take(column, word)?;
         columns.push(column);
     }
@@ -125,8 +187,13 @@ pub(super) fn guess(text: &[u8], long_length: bool) -> Option<(RowLayout, Row<'_
     }
     // Letters alone are a word.
     let word = head.get(place).is_some_and(|word| word.iter().all(u8::is_ascii_alphabetic));
-    let layout = RowLayout { columns, long_length, ..RowLayout::new(separator) };
+    let layout = RowLayout { columns, long_length, weak, ..RowLayout::new(separator) };
     row.whole().filter(|_| !word).map(|row| (layout, row))
+}
+
+/// Returns true for the name of an identifier.
+fn is_name(word: &[u8]) -> bool {
+    word.first().is_some_and(u8::is_ascii_alphabetic) && !is_hex(word)
 }
 
 /// Returns the column of a word behind the bytes.
@@ -137,7 +204,7 @@ fn trailing(word: &[u8]) -> Option<Column> {
 
 /// Returns the column of a word before the length.
 fn leading(word: &[u8], number: usize) -> Option<Column> {
-    if word.iter().any(|byte| matches!(byte, b'.' | b':')) && time(word, SECOND).is_some() {
+    if word.iter().any(|byte| matches!(byte, b'.' | b':' | b',')) && time(word, SECOND).is_some() {
         return Some(Time(SECOND));
     }
     if direction(word).is_some() {

@@ -64,19 +64,19 @@ impl Rows {
             self.lines += 1;
             self.line(&last, buses, sink);
         }
-        self.decide(buses, sink);
+        self.decide(false, buses, sink);
     }
 
     /// Ends an interrupted file, ignoring an incomplete last line.
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.begun.end();
-        self.decide(buses, sink);
+        self.decide(false, buses, sink);
     }
 
     /// Returns the columns, for `info`.
     pub fn contents(&self) -> Contents {
-        let columns = self.layout.iter().flat_map(|layout| &layout.columns).filter(|column| **column != Other);
-        let mut words: Vec<&str> = columns.map(|column| column.word()).collect();
+        let columns = self.layout.iter().flat_map(|layout| &layout.columns).map(|column| column.word());
+        let mut words: Vec<&str> = columns.filter(|word| *word != Other.word()).collect();
         words.dedup();
         let dialect = if words.is_empty() { Vec::new() } else { vec![("columns", words.join(" ").into_bytes())] };
         Contents { dialect, ..Contents::default() }
@@ -92,17 +92,17 @@ impl Rows {
     fn part(&mut self, text: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let plain = uncoloured(text);
         let text = stripped(&plain);
-        if text.is_empty() || text.first() == Some(&b'#') {
-            return;
-        }
         if let Some(row) = self_describing(text) {
-            self.decide(buses, sink);
+            self.decide(false, buses, sink);
             return self.give(&row, self.lines, false, buses, sink);
         }
         if let Some(layout) = heading(text) {
-            self.decide(buses, sink);
+            self.decide(false, buses, sink);
             self.waiting.clear();
             (self.layout, self.learnt) = (Some(layout), false);
+            return;
+        }
+        if text.is_empty() || text.first() == Some(&b'#') {
             return;
         }
         if self.learnt {
@@ -112,20 +112,31 @@ impl Rows {
             self.waiting.push((self.lines, text.to_vec()));
             let count = self.waiting.len();
             if count >= LEARNT && count.is_power_of_two() {
-                self.decide(buses, sink);
+                self.decide(count < KEPT, buses, sink);
             }
         }
     }
 
-    /// Learns from the lines that wait what the layout of the rows is, and reads them. Without any sign of one they wait on.
-    fn decide(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+    /// Learns from the lines that wait what the layout of the rows is, and reads them. Without any sign of one they wait on,
+    /// and if `more` lines may show the base of the identifiers.
+    fn decide(&mut self, more: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         if self.learnt {
             return;
         }
         let texts: Vec<&[u8]> = self.waiting.iter().map(|(_, text)| text.as_slice()).collect();
-        let named = self.layout.take().map(|layout| layout.completed(&texts));
         // A heading whose columns are not those of its rows names nothing.
-        let fits = |layout: &RowLayout| texts.is_empty() || texts.iter().any(|text| layout.reads(text));
+        let fits = |layout: &RowLayout| {
+            texts.is_empty() || layout.refused.is_some() || texts.iter().any(|text| layout.reads(text))
+        };
+        let named = match &self.layout {
+            None => None,
+            Some(layout) => {
+                // Its first word may only mark it as a comment.
+                let unmarked = layout.without_first().and_then(|layout| layout.completed(&texts, more)).filter(fits);
+                let Some(layout) = layout.clone().completed(&texts, more) else { return };
+                Some(layout).filter(|layout| fits(layout) || unmarked.is_none()).or(unmarked)
+            }
+        };
         let Some(layout) = named.clone().filter(fits).or_else(|| learn(&texts)).or(named) else { return };
         (self.layout, self.learnt) = (Some(layout), true);
         for (line, text) in std::mem::take(&mut self.waiting).iter() {
@@ -139,14 +150,14 @@ impl Rows {
         // Rows of another form may stand among them.
         let other =
             || prose::guess(text, false).map(|(_, row)| row).filter(|row| !layout.named && row.length.is_some());
-        match found.or_else(other) {
-            Some(row) if row.whole().is_some() => self.give(&row, line, layout.filled, buses, sink),
-            Some(_) if layout.is_meant(text) => sink(unreadable(line, Unreadable::Data), buses),
-            // As many cells as a row has, and an identifier: it was meant as one.
-            None if layout.is_meant(text) || prose::is_meant(text) => {
-                sink(unreadable(line, Unreadable::NoFrame), buses)
+        let read = found.is_some();
+        let row = found.and_then(Row::whole).or_else(other).filter(|_| layout.refused.is_none());
+        match row {
+            Some(row) => self.give(&row, line, layout.filled, buses, sink),
+            None if layout.is_meant(text) || !read && prose::is_meant(text) => {
+                sink(unreadable(line, layout.reason(text, read)), buses);
             }
-            _ => {}
+            None => {}
         }
     }
 
@@ -164,7 +175,7 @@ impl Rows {
             // The classes of SocketCAN, if it has them.
             (frame.id, frame.kind) = (CanId::extended(value & 0x1FFF_FFFF), Kind::Error);
         } else if row.remote {
-            (frame.kind, frame.len) = (Kind::Remote, row.length.unwrap_or(0).min(CLASSIC) as u8);
+            (frame.kind, frame.len) = (Kind::Remote, row.code.or(row.length).unwrap_or(0).min(CLASSIC) as u8);
         } else if row.fd.is_some() || row.count > CLASSIC {
             let (brs, esi) = row.fd.unwrap_or_default();
             frame.kind = Kind::Fd { brs, esi };
@@ -222,5 +233,10 @@ fn unreadable(line: u64, reason: Unreadable) -> Item {
 
 fn stripped(text: &[u8]) -> &[u8] {
     let text = unquoted(text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text).trim_ascii());
-    if matches!(text.first(), Some(b'|' | b'`' | b'<')) { unmarked(text) } else { text }
+    match text {
+        // The cells of a table may be marked, too.
+        [b'|', inner @ .., b'|'] | [b'|', inner @ ..] => inner.trim_ascii(),
+        [b'`' | b'<', ..] => unmarked(text),
+        _ => text,
+    }
 }

@@ -7,9 +7,9 @@
 
 use super::columns::Column::{self, Channel, Data, Id, Length, Time};
 use super::columns::{SECOND, Separator};
-use super::layout::RowLayout;
+use super::layout::{RowLayout, is_service};
 use super::row::{CLASSIC, Row, direction, identifier, length};
-use super::times::time;
+use super::times::{begins_with_comma, time};
 use crate::bytes::frame::Direction;
 use crate::bytes::readers::candump::lex::{is_blank, is_hex};
 
@@ -21,6 +21,8 @@ const BETWEEN: usize = 9;
 const LABELS: [&str; 11] =
     ["id", "can-id", "can_id", "canid", "cob-id", "cobid", "cob_id", "arbitration_id", "std", "ext", "xtd"];
 
+/// Labels of an identifier that say what it is.
+const KINDS: [&str; 3] = ["std", "ext", "xtd"];
 /// Labels of a length.
 const LENGTHS: [&str; 5] = ["dlc", "len", "length", "dl", "size"];
 
@@ -41,13 +43,14 @@ struct Word<'a> {
 fn words(line: &[u8]) -> Vec<Word<'_>> {
     let mut all = Vec::new();
     let mut begin = 0;
+    let decimal = begins_with_comma(line);
     for (place, byte) in line.iter().chain(b" ").enumerate() {
         let (before, after) = (place.checked_sub(1).and_then(|place| line.get(place)), line.get(place + 1));
         let digits = before.is_some_and(u8::is_ascii_digit) && after.is_some_and(u8::is_ascii_digit);
         let piece = line.get(begin..place).unwrap_or_default();
         // A comma may be that of a number, as behind a time of day.
         let time = piece.contains(&b':') && piece.iter().all(|byte| byte.is_ascii_digit() || b"[(:.-T".contains(byte));
-        let comma = *byte == b',' && !(digits && time);
+        let comma = *byte == b',' && !(digits && (time || decimal));
         if !(is_blank(*byte) || matches!(byte, b'"' | b';' | b'|' | b'`' | b'\'') || comma) {
             continue;
         }
@@ -171,8 +174,13 @@ fn found<'a>(words: &[Word<'a>], place: usize, known: bool) -> Option<Row<'a>> {
     let mut row = Row::default();
     row.take(Id(16), word.text)?;
     let marked = is_marked(words, place);
-    if known && word.colon && place + 1 == words.len() {
-        return Some(row);
+    // Wireshark names the kind of an identifier, and lists no length.
+    let kind = place.checked_sub(1).and_then(|before| words.get(before)).filter(|kind| kind.colon);
+    let kind = kind.is_some_and(|kind| KINDS.iter().any(|known| kind.text.eq_ignore_ascii_case(known.as_bytes())));
+    match words.get(place + 1..) {
+        Some([]) if known && (word.colon || kind) => return Some(row),
+        Some([remote]) if known && kind && remote.text == b"RTR" => return Some(Row { remote: true, ..row }),
+        _ => {}
     }
     for at in place + 1..=place + BETWEEN {
         let (next, rest) = words.get(at..)?.split_first()?;
@@ -334,14 +342,9 @@ fn is_marked(words: &[Word<'_>], place: usize) -> bool {
     form || word.colon || word.labelled || named
 }
 
-/// Returns true if a row is a service of CANopen by its identifier and bytes.
-fn is_service(row: &Row<'_>) -> bool {
-    RowLayout::new(Separator::Blanks).is_evident(row)
-}
-
 /// Returns true for a time of day, or a number with a point.
 fn is_time(word: &[u8]) -> bool {
-    word.iter().any(|byte| matches!(byte, b'.' | b':')) && time(word, SECOND).is_some()
+    word.iter().any(|byte| matches!(byte, b'.' | b':' | b',')) && time(word, SECOND).is_some()
 }
 
 /// Returns the time in the words before an identifier, with the date before it and the half of the day behind it: a

@@ -1,8 +1,10 @@
 //! One row: what its cells say of a frame.
 
-use super::columns::Column::{self, Attribute, Channel, Data, Extended, Id, Length, Other, Ticks, Time};
+use std::iter::Peekable;
+
+use super::columns::Column::{self, Attribute, Channel, Data, Extended, Id, Length, Other, Part, Remote, Ticks, Time};
 use super::columns::{MICROSECOND, MILLISECOND, SECOND};
-use super::times::{number, time};
+use super::times::{number, time, unprefixed};
 use crate::bytes::frame::{Direction, Stamp, StampForm};
 use crate::bytes::readers::candump::lex::{byte, is_blank, is_hex, nibble};
 use crate::bytes::readers::listing;
@@ -20,6 +22,8 @@ pub(super) struct Row<'a> {
     pub(super) id: Option<(u32, usize)>,
     pub(super) direction: Option<Direction>,
     pub(super) length: Option<usize>,
+    /// The code of the length, if it is listed, too.
+    pub(super) code: Option<usize>,
     pub(super) data: [u8; BYTES],
     pub(super) count: usize,
     pub(super) extended: Option<bool>,
@@ -30,9 +34,8 @@ pub(super) struct Row<'a> {
     /// The channel as written, and the number of the first one.
     pub(super) channel: &'a [u8],
     pub(super) first: u8,
-    /// Bytes are decimal, and identifiers unless the heading says what each is.
+    /// Bytes are decimal.
     pub(super) decimal: bool,
-    pub(super) told: bool,
 }
 
 impl Default for Row<'_> {
@@ -42,6 +45,7 @@ impl Default for Row<'_> {
             id: None,
             direction: None,
             length: None,
+            code: None,
             data: [0; BYTES],
             count: 0,
             extended: None,
@@ -51,7 +55,6 @@ impl Default for Row<'_> {
             channel: b"",
             first: 0,
             decimal: false,
-            told: false,
         }
     }
 }
@@ -72,22 +75,20 @@ impl<'a> Row<'a> {
                     ticks.map(|ticks| Stamp { form: StampForm::Seconds, ns: ns(ticks), width: 1, decimals: 4 });
             }
             Id(base) => {
-                let inner = cell.strip_prefix(b"(").and_then(|cell| cell.strip_suffix(b")"));
-                let hex = cell.split(|byte| *byte == b'(').nth(1).and_then(|cell| cell.strip_suffix(b")"));
-                let cell = inner.or(hex).unwrap_or(cell);
-                let (word, extended) = match cell {
-                    [word @ .., b'x' | b'X'] if word.len() >= 3 => (word, Some(true)),
-                    [word @ .., b'h' | b'H' | b':'] => (word, None),
-                    _ => (cell, None),
-                };
+                let (digits, hex, extended) = id_digits(cell);
                 self.extended = self.extended.or(extended);
-                let digits = word.strip_prefix(b"0x").or_else(|| word.strip_prefix(b"0X")).unwrap_or(word);
-                let base = if self.decimal && !self.told { 10 } else { base };
-                self.id = Some((number(word, base)?, if base == 16 { digits.len() } else { 0 }));
+                let base = if base == 10 && !hex { 10 } else { 16 };
+                self.id = Some((number(digits, base)?, if base == 16 { digits.len() } else { 0 }));
             }
-            Column::Direction => self.direction = direction(cell),
+            Column::Direction => self.direction = side(cell),
+            Column::Sent => self.direction = sent(cell),
             Length if cell.is_empty() => {}
-            Length => self.length = Some(number(cell, 10).filter(|length| *length <= 64)? as usize),
+            Length => {
+                // A unit may follow: `8 B`.
+                let word = cell.split(|byte| is_blank(*byte)).next()?;
+                self.length = Some(number(word, 10).filter(|length| *length <= 64)? as usize);
+            }
+            Column::Code => self.code = number(cell, 10).map(|code| code as usize),
             Data => {
                 let between = |byte: &u8| is_blank(*byte) || matches!(byte, b',' | b'-' | b':' | b'|');
                 for part in cell.split(between).filter(|part| !part.is_empty()) {
@@ -97,22 +98,38 @@ impl<'a> Row<'a> {
             Column::Byte if cell.is_empty() => {}
             Column::Byte => self.bytes(cell)?,
             Attribute => self.attribute(cell),
-            Extended => {
-                let words: [&[u8]; 3] = [b"true", b"ext", b"extended"];
-                let said = words.iter().any(|word| cell.eq_ignore_ascii_case(word));
-                self.extended = Some(said || matches!(cell, b"1" | b"x" | b"X"));
-            }
+            Extended => self.extended = Some(is_said(cell, &["ext", "extended"])),
+            Remote => self.remote = is_said(cell, &["rtr", "remote", "r", "远程帧", "远程"]),
             Column::Number if !self.channel.is_empty() => {}
             Column::Number => (self.channel, self.first) = (cell, 1),
             Channel(first) => (self.channel, self.first) = (cell, first),
-            Other => {}
+            Other | Part => {}
+        }
+        Some(())
+    }
+
+    /// Takes the cells of the bytes. If they are the last ones of the row, more than are listed belong to it, too, so that it
+    /// is not one.
+    pub(super) fn cells<'b>(&mut self, rest: &mut Peekable<impl Iterator<Item = &'b [u8]>>, last: bool) -> Option<()> {
+        while let Some(cell) = rest.next_if(|cell| {
+            let wanted = self.count < self.length.unwrap_or(CLASSIC);
+            let digits = unprefixed(cell);
+            let fits = match digits.len() {
+                _ if self.decimal => digits.len() <= 3 && (wanted || last),
+                1 => wanted,
+                2 => wanted || last,
+                count => wanted && count.is_multiple_of(2),
+            };
+            fits && is_hex(digits)
+        }) {
+            self.bytes(cell)?;
         }
         Some(())
     }
 
     /// Adds bytes: two digits each, or one digit.
     pub(super) fn bytes(&mut self, text: &[u8]) -> Option<()> {
-        let text = text.strip_prefix(b"0x").unwrap_or(text);
+        let text = unprefixed(text);
         if self.decimal {
             let byte = u8::try_from(number(text, 10)?).ok()?;
             *self.data.get_mut(self.count)? = byte;
@@ -172,7 +189,7 @@ pub(super) fn length(word: &[u8]) -> Option<usize> {
 
 /// Returns true if a word has the form of an identifier: three or eight hexadecimal digits, or a prefix.
 pub(super) fn identifier(word: &[u8]) -> bool {
-    let prefixed = word.strip_prefix(b"0x").or_else(|| word.strip_prefix(b"0X"));
+    let prefixed = Some(unprefixed(word)).filter(|digits| digits.len() < word.len() && !word.starts_with(b"$"));
     let digits = prefixed.unwrap_or(word);
     let digits = digits.strip_suffix(b":").unwrap_or(digits);
     let digits = digits.strip_suffix(b"h").or_else(|| digits.strip_suffix(b"x")).unwrap_or(digits);
@@ -180,6 +197,50 @@ pub(super) fn identifier(word: &[u8]) -> bool {
     let padded = digits.len() == 4 && digits.starts_with(b"0");
     let long = padded || matches!(digits.len(), 3 | 8) || prefixed.is_some() && (1..=8).contains(&digits.len());
     long && is_hex(digits)
+}
+
+/// Returns the digits of an identifier, true if they are marked as hexadecimal, and true if as an extended one. Of two,
+/// `1802 (0x70a)`, the second one counts.
+pub(super) fn id_digits(cell: &[u8]) -> (&[u8], bool, Option<bool>) {
+    let inner = cell.strip_prefix(b"(").and_then(|cell| cell.strip_suffix(b")"));
+    let hex = cell.split(|byte| *byte == b'(').nth(1).and_then(|cell| cell.strip_suffix(b")"));
+    let (word, hex, extended) = match inner.or(hex).unwrap_or(cell) {
+        [word @ .., b'x' | b'X'] if word.len() >= 3 => (word, false, Some(true)),
+        [word @ .., b'h' | b'H'] => (word, true, None),
+        [word @ .., b':'] | word => (word, false, None),
+    };
+    let digits = unprefixed(word);
+    (digits, hex || digits.len() < word.len(), extended)
+}
+
+/// Returns true if a cell affirms its column, by one of these words or another.
+fn is_said(cell: &[u8], words: &[&str]) -> bool {
+    let is = |word: &&str| cell.eq_ignore_ascii_case(word.as_bytes());
+    words.iter().chain(&["1", "x", "true", "yes", "y"]).any(is)
+}
+
+/// Words for a direction that are something else outside a column for it, in lower case.
+const SIDES: &[(&str, Direction)] = &[
+    ("in", Direction::Rx),
+    ("e", Direction::Rx),
+    ("r", Direction::Rx),
+    ("out", Direction::Tx),
+    ("s", Direction::Tx),
+    ("t", Direction::Tx),
+];
+
+/// Parses a cell of a column for directions.
+pub(super) fn side(cell: &[u8]) -> Option<Direction> {
+    let is = |word: &str| cell.eq_ignore_ascii_case(word.as_bytes());
+    direction(cell).or_else(|| SIDES.iter().find(|(word, _)| is(word)).map(|(_, side)| *side))
+}
+
+fn sent(cell: &[u8]) -> Option<Direction> {
+    match cell {
+        b"0" => Some(Direction::Rx),
+        b"1" => Some(Direction::Tx),
+        _ => side(cell),
+    }
 }
 
 /// Parses the cell of a direction: a word, or its first letter.

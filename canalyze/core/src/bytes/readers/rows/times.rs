@@ -3,18 +3,37 @@
 use super::columns::{MICROSECOND, MILLISECOND, SECOND};
 use crate::bytes::calendar::{days_of, days_to};
 use crate::bytes::frame::{Stamp, StampForm};
-use crate::bytes::readers::candump::lex::{is_blank, nibble};
+use crate::bytes::readers::candump::lex::{is_blank, is_hex, nibble};
 use crate::bytes::readers::candump::stamp::{digits, fraction, nanoseconds};
+
+/// Marks of hexadecimal digits in programs and PLCs.
+const PREFIXES: [&[u8]; 8] = [b"0x", b"0X", b"16#", b"B#16#", b"W#16#", b"DW#16#", b"$", b"&H"];
+
+/// Returns the digits behind a mark of hexadecimal ones; the whole word without one.
+pub(super) fn unprefixed(word: &[u8]) -> &[u8] {
+    PREFIXES.iter().find_map(|prefix| word.strip_prefix(*prefix)).unwrap_or(word)
+}
 
 /// Parses a whole word as a number, with or without `0x`, which makes it hexadecimal.
 pub(super) fn number(word: &[u8], base: u32) -> Option<u32> {
-    let prefixed = word.strip_prefix(b"0x").or_else(|| word.strip_prefix(b"0X"));
-    let (digits, base) = prefixed.map_or((word, base), |digits| (digits, 16));
+    let digits = unprefixed(word);
+    let base = if digits.len() < word.len() { 16 } else { base };
     let add = |sum: Option<u32>, digit: &u8| {
         let digit = Some(u32::from(nibble(*digit))).filter(|digit| *digit < base)?;
         sum?.checked_mul(base)?.checked_add(digit)
     };
     if digits.is_empty() { None } else { digits.iter().fold(Some(0), add) }
+}
+
+/// Returns true if a row between blanks begins with a number that has a decimal comma, `1,012  Rx  70A  1  00`, and not
+/// with an identifier and bytes.
+pub(super) fn begins_with_comma(text: &[u8]) -> bool {
+    let mut words = text.split(|byte| is_blank(*byte)).filter(|word| !word.is_empty());
+    let mut parts = words.next().unwrap_or_default().split(|byte| *byte == b',');
+    let number = |part: Option<&[u8]>| part.is_some_and(|part| !part.is_empty() && part.iter().all(u8::is_ascii_digit));
+    let one = number(parts.next()) && number(parts.next()) && parts.next().is_none();
+    let other = words.clone().any(|word| word.len() != 2 || !is_hex(word));
+    one && other && !words.any(|word| word.contains(&b',') || word.contains(&b';'))
 }
 
 /// Parses a time: a number in units of so many ns; or a time of day, with a date before it or not, with a point, comma or
@@ -36,7 +55,7 @@ pub(super) fn time(word: &[u8], unit: i64) -> Option<Stamp> {
         });
     }
     // Microseconds may follow a comma behind the milliseconds.
-    if let Some((front, [b',', micro @ ..])) = word.split_at_checked(word.len().saturating_sub(4))
+    if let Some((front, [b',' | b'.', micro @ ..])) = word.split_at_checked(word.len().saturating_sub(4))
         && front.contains(&b':')
         && front.contains(&b'.')
         && let ([a, b, c], Some(stamp)) = (micro, time(front, unit).filter(|stamp| stamp.decimals == 3))
