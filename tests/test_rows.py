@@ -334,6 +334,7 @@ SDO = (0x60A, "4017100000000000")
         ("# Time (ms) ID Len Data\n1 0.5 705 1 05\n", [(0x705, "05")]),
         ("Time  Event Kind  ID  Dir  Len  Data\n0.5  CAN  705  Rx  1  05\n", [(0x705, "05")]),
         ("ID  Len  Data\n705  1  05 06\n60A  8  40 17 10 00 00 00 00 00\n", [SDO]),
+        ("COB-ID;Index;Sub;Data\n60A;1017;00;40 17 10 00 00 00 00 00\n", [SDO]),
         # Text behind the bytes, and rows of any identifier.
         ("60A 8 40 17 10 00 00 00 00 00\n18A 2 11 22 <- here!!\n28A 2 11 22 and then\n",
          [SDO, (0x18A, "1122"), (0x28A, "1122")]),
@@ -447,10 +448,13 @@ def test_a_row_without_an_identifier_among_others_is_said(canalyze: Runner, tmp_
         ("Time [ms]  ID  Len  Data\n12.3  705  1  05\n", "0.0123"),
         ("Time / ms;ID;Data\n12,3;705;05\n", "0.0123"),
         ("1,012  Rx  705  1  05\n", "1.012"),
+        ("Time (ms)  Event Kind  ID  Dir  Len  Data\n12.3  CAN  705  Rx  1  05\n", None),
+        ("Time (ms)  Event Kind  ID  Dir  Len  Data\n10:00:01.5  CAN  705  Rx  1  05\n", "36001.5"),
         ("m:s.ms.us,Len,ID,Data\n1:02.003.004,1 B,0x705,05\n", "62.003004"),
     ],
 )
-def test_units_of_times(text: str, t: str) -> None:
+def test_units_of_times(text: str, t: str | None) -> None:
+    """Without a fitting heading the unit is unknown, and so is the time."""
     assert [row["t"] for row in read(text)] == [t]
 
 

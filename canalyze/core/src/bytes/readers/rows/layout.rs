@@ -2,7 +2,7 @@
 
 use super::columns::Column::{self, Code, Data, Direction, Id, Length, Other, Part, Sent, Ticks, Time};
 use super::columns::{Separator, UNSAID, cells, names};
-use super::row::{Row, id_digits, side};
+use super::row::{CLASSIC, Row, id_digits, side};
 use super::times::unprefixed;
 use crate::bytes::readers::Unreadable;
 use crate::bytes::readers::candump::lex::{is_blank, is_hex};
@@ -28,6 +28,8 @@ pub(super) struct RowLayout {
     pub(super) prose: bool,
     /// Only a service of CANopen shows that the rows are frames.
     pub(super) weak: bool,
+    /// A heading that does not fit the rows names a unit of times, which are unknown without one.
+    pub(super) untimed: bool,
     /// The reason why no row can be read, although all have the columns.
     pub(super) refused: Option<Unreadable>,
 }
@@ -159,7 +161,8 @@ impl RowLayout {
             layout.refused = layout.refused.or(base.err());
         }
         let rows: Vec<Row<'_>> = texts.iter().filter_map(|text| layout.read(text)).collect();
-        let spread = layout.columns.contains(&Part) && !layout.columns.contains(&Length);
+        let listed = layout.columns.contains(&Length);
+        let spread = layout.columns.contains(&Part) && !listed && rows.iter().any(|row| row.count < CLASSIC);
         if spread || layout.lies_apart(texts) {
             layout.refused = layout.refused.or(Some(Unreadable::Spread));
         }

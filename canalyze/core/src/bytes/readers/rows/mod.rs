@@ -15,7 +15,8 @@ mod times;
 
 use std::borrow::Cow;
 
-use self::columns::Column::Other;
+use self::columns::Column::{self, Other, Time};
+use self::columns::SECOND;
 use self::layout::{RowLayout, heading};
 use self::learnt::{guess, learn};
 use self::marked::self_describing;
@@ -30,6 +31,8 @@ const LEARNT: usize = 64;
 const KEPT: usize = 16_384;
 /// Maximum length of a row, in bytes.
 const LONGEST: usize = 512;
+/// The width of a time of day, which needs no unit.
+const CLOCK: u8 = 5;
 
 /// A reader of one file of rows.
 #[derive(Debug, Default)]
@@ -137,7 +140,10 @@ impl Rows {
                 Some(layout).filter(|layout| fits(layout) || unmarked.is_none()).or(unmarked)
             }
         };
-        let Some(layout) = named.clone().filter(fits).or_else(|| learn(&texts)).or(named) else { return };
+        let unit = |column: &Column| matches!(column, Time(unit) if *unit != SECOND);
+        let untimed = named.as_ref().is_some_and(|layout| layout.columns.iter().any(unit));
+        let learned = |texts: &[&[u8]]| learn(texts).map(|layout| RowLayout { untimed, ..layout });
+        let Some(layout) = named.clone().filter(fits).or_else(|| learned(&texts)).or(named) else { return };
         (self.layout, self.learnt) = (Some(layout), true);
         for (line, text) in std::mem::take(&mut self.waiting).iter() {
             self.row(text, *line, buses, sink);
@@ -153,7 +159,10 @@ impl Rows {
         let read = found.is_some();
         let row = found.and_then(Row::whole).or_else(other).filter(|_| layout.refused.is_none());
         match row {
-            Some(row) => self.give(&row, line, layout.filled, buses, sink),
+            Some(row) => {
+                let stamp = row.stamp.filter(|stamp| !layout.untimed || stamp.width == CLOCK);
+                self.give(&Row { stamp, ..row }, line, layout.filled, buses, sink);
+            }
             None if layout.is_meant(text) || !read && prose::is_meant(text) => {
                 sink(unreadable(line, layout.reason(text, read)), buses);
             }
