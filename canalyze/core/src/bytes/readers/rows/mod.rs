@@ -1,9 +1,10 @@
-//! Rows of frames that other programs list: an identifier and bytes, with time, direction, length and channel in some order.
+//! Rows of frames that other programs list: an identifier and bytes, with time, direction, length and channel in some
+//! order.
 //!
 //! A heading names the columns (`columns`), in a table with commas, semicolons, tabs, bars or blanks between them. Without
 //! one, the rows themselves show their columns: the first rows wait until all of them agree on a layout. A length that
-//! is listed must be the number of the bytes. Rows may stand inside other text (`prose`). Lines around the rows are no damage; a line that looks like a
-//! row and does not fit is unreadable.
+//! is listed must be the number of the bytes. Rows may stand inside other text (`prose`). Lines around the rows are no
+//! damage; a line that looks like a row and does not fit is unreadable.
 
 mod columns;
 mod layout;
