@@ -31,7 +31,7 @@ def heartbeat_gap(traffic: Traffic, rng: Random, periods: float) -> Faulty | Non
 
 
 def room_for_gap(traffic: Traffic, node: int, before: int, period: int, periods: float) -> bool:
-    """Whether a gap from a heartbeat on is in one boot, and the capture goes on long enough to show it."""
+    """True if a gap from a heartbeat on is in one boot, and the capture goes on long enough to show it."""
     until = before + round((periods + 0.2) * period)
     goes_on = until < traffic.heartbeats(node)[-1] + period // 4
     booted = any(before <= at <= until and of == node for at, of in traffic.boots)

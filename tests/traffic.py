@@ -144,19 +144,19 @@ class Traffic:
         return {0x080 + node, 0x700 + node, 0x580 + node, *self.tpdos(node)}
 
     def commanded(self, node: int, since: int, until: int) -> bool:
-        """Whether a command to a node, or to all, is within a time, or its boot-up."""
+        """True if a command to a node, or to all, is within a time, or its boot-up."""
         return any(since <= at <= until and to in (0, node) for at, _, to in self.commands) or any(
             since <= at <= until and of == node for at, of in self.boots
         )
 
     def heard(self, since: int, until: int, node: int) -> bool:
-        """Whether other nodes are heard all the time, so that the recorder did not stand still."""
+        """True if other nodes are heard all the time, so that the recorder did not stand still."""
         others = [f.t_us for f in self.frames if f.can_id & 0x7F != node and since < f.t_us < until]
         times = [since, *others, until]
         return max(after - before for before, after in pairwise(times)) < (until - since) / 2
 
     def quiet_of(self, node: int, at: int) -> bool:
-        """Whether a node's default SDO channel is idle for some time around a stamp."""
+        """True if a node's default SDO channel is idle for some time around a stamp."""
         near = [place for can_id in (0x600 + node, 0x580 + node) for place in self.times.get(can_id, [])]
         return all(abs(place - at) > 15 * MS for place in near)
 

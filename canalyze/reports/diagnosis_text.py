@@ -109,7 +109,7 @@ class Diagnosed(NamedTuple):
 
 
 def of_buses(incidents: list[dict[str, Any]], whole: Record) -> list[dict[str, Any]]:
-    """Give the incidents, each with its bus before its sentence if there are several."""
+    """Return the incidents, each with its bus before its sentence if there are several."""
     if len(whole["buses"]) < 2:
         return incidents
     return [

@@ -578,7 +578,7 @@ impl Producer {
         }
         let (Some((found, at, silent_ns)), Some(expected)) = (self.unjudged.take(), self.expected()) else { return };
         let slack = self.slack().max(slack(expected, Confidence::Likely));
-        // The gap may be longer than it was by one step of the stamps, and so few others shorter.
+        // The gap may seem longer by one step of the stamps, and the few others shorter.
         let limit = expected.saturating_add(slack).saturating_add(self.resolution_ns.saturating_mul(2));
         if found <= limit || silent_ns > limit || self.late.is_some() || self.duplicate.is_found() {
             return;
