@@ -15,7 +15,7 @@ from captures import log_text, session_output
 from diagnoses import ABOVE_HARMLESS, diagnosed
 from kinds_of_drives import CYCLIC_POSITION, DISABLED, ENABLED, ON, POSITION, READY, cycles, drive, enabled
 from kinds_of_nodes import NODE, PERIOD, beats, started
-from network import PRE_OPERATIONAL, Follower, Frames, Network
+from network import PRE_OPERATIONAL, START, Follower, Frames, Network
 
 Problem = tuple[str, str]
 OTHER = 6
@@ -272,3 +272,18 @@ def test_targets_that_the_recorder_held_back(late: float) -> None:
         for frame in net.frames()
     ]
     assert problems(frames) == []
+
+
+@pytest.mark.parametrize(("timer", "expected"), [(None, ["pdo-missing"]), (50, ["pdo-missing"]), (0, [])])
+@pytest.mark.parametrize("kind", [254, 255])
+def test_an_event_timer_that_is_not_named_beside_a_transmission_type_that_is(
+    kind: int, timer: int | None, expected: list[str]
+) -> None:
+    """A TPDO that is known to be event-driven stops; an event timer of 0 says that nothing but changes send it."""
+    net = Network().boot(NODE, OTHER).write(NODE, 0x1017, 0, round(PERIOD * 1000), 2)
+    net.write(OTHER, 0x1017, 0, round(PERIOD * 1000), 2).write(NODE, 0x1800, 2, kind, 1)
+    if timer is not None:
+        net.write(NODE, 0x1800, 5, timer, 2)
+    net = beats(net.nmt(START), {NODE: LONG, OTHER: LONG})
+    net.cyclic(0x180 + NODE, period=0.05, payloads=[bytes([at // 4 % 256, 0]) for at in range(120)])
+    assert [found for found, _ in problems(net.frames())] == expected

@@ -69,14 +69,23 @@ struct Sent {
     requested: bool,
     /// Its event timer or deadline in ns; 0 is none.
     timer_ns: i64,
-    /// The event timer as learnt from its frames, if nobody has named it, and the data of the last one.
-    learnt: Option<(Timer, [u8; 8])>,
+    /// The event timer as learnt from its frames, if nobody has named it.
+    learnt: Option<LearntTimer>,
     /// The usual excess over the timer, in ns, and the number of gaps that showed it.
     usual_ns: i64,
     gaps: u32,
     /// Frames within the inhibit time, and frames that came late.
     early: Series,
     overdue: Series,
+}
+
+/// An event timer that nobody has named, with the data and the time of the last frame; no time if the PDO was stopped
+/// since.
+#[derive(Debug, Default)]
+struct LearntTimer {
+    timer: Timer,
+    head: [u8; 8],
+    when: Option<When>,
 }
 
 impl PdoTiming {
@@ -104,26 +113,28 @@ impl PdoTiming {
         let told = |from: Provenance| from > Provenance::Eds;
         let with_sync = |pdo: &Pdo| pdo.transmission.is_some_and(|(kind, from)| told(from) && kind < EVENT_DRIVEN);
         let named = |pdo: &Pdo| with_sync(pdo) || pdo.event_timer.is_some_and(|(_, from)| told(from));
+        let name = (node, true, number);
         if cx.at.t_ns.is_none() || pdo.is_some_and(named) {
+            // It may have been named since.
+            self.sent.get_mut(&name).into_iter().for_each(|sent| sent.learnt = None);
             return;
         }
-        let name = (node, true, number);
         self.came(name, cx);
         let sent = self.sent.entry(name).or_default();
-        let (timer, before) = sent.learnt.get_or_insert_with(|| (Timer::default(), frame.head()));
-        let unchanged = std::mem::replace(before, frame.head()) == frame.head();
+        let LearntTimer { timer, head, when } = sent.learnt.get_or_insert_default();
+        let unchanged = std::mem::replace(head, frame.head()) == frame.head();
         let recording = &cx.evidence.recording;
-        if let Some(last) = sent.when.replace(cx.when)
+        sent.when = Some(cx.when);
+        if let Some(last) = when.replace(cx.when)
             && let Some(gap) = recording.between(last, cx.when)
             && recording.teaches(last)
             && recording.teaches(cx.when)
         {
             timer.take(gap, unchanged);
         }
-        let Some(timer_ns) = timer.ns().filter(|_| !self.halted.contains(&node)) else { return };
-        if self.cycle_ns.is_some_and(|cycle| cycle.abs_diff(timer_ns) <= (cycle / CYCLE_PART).unsigned_abs()) {
-            return;
-        }
+        let in_step = |ns: i64, cycle: i64| cycle.abs_diff(ns) <= (cycle / CYCLE_PART).unsigned_abs();
+        let cyclic = |ns: &i64| self.cycle_ns.is_some_and(|cycle| in_step(*ns, cycle));
+        let Some(timer_ns) = timer.ns().filter(|ns| !self.halted.contains(&node) && !cyclic(ns)) else { return };
         sent.timer_ns = timer_ns;
         let limit_ns = timer_ns.saturating_mul(STOPPED).max(STOPPED_NS);
         self.due.open(name, Owed { since: cx.when, limit_ns, why: None });
@@ -198,11 +209,10 @@ impl PdoTiming {
         }
         let object = Mux { index: communication_parameter(transmit, number), sub: 5 };
         let (found, limit) = (gap, sent.timer_ns);
-        let deadline = || Pdo013::Overdue { found, limit }.into();
         let what: Verdict = match transmit {
             true if learnt => Pdo005::Stopped { found, limit }.into(),
             true => Pdo005::Overdue { found, limit }.into(),
-            false => deadline(),
+            false => Pdo013::Overdue { found, limit }.into(),
         };
         let finding = cx.verdict(what, Some(node), Some(object), Some(last.at));
         cx.report_of_node(Finding { because_of: sent.overdue.fault(cx.at), ..finding });
@@ -236,7 +246,10 @@ impl PdoTiming {
     /// Stops one node, or all: the next time is unknown, the punctuality is kept.
     fn pause(&mut self, node: Option<u8>) {
         let concerned = |name: &TimingKey| node.is_none_or(|node| node == name.0);
-        self.sent.iter_mut().filter(|(name, _)| concerned(name)).for_each(|(_, sent)| sent.when = None);
+        for (_, sent) in self.sent.iter_mut().filter(|(name, _)| concerned(name)) {
+            sent.when = None;
+            sent.learnt.iter_mut().for_each(|learnt| learnt.when = None);
+        }
         self.due.void(concerned);
     }
 
