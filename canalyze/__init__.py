@@ -9,17 +9,17 @@ if TYPE_CHECKING:
     from canalyze._core import Batch
     from canalyze.errors import CanalyzeError, ConfigError, CoreError, OutputError, ReaderGone, SourceError
     from canalyze.finding import Finding, Line
-    from canalyze.incident import Cause, Incident, IncidentChange, Moment, Step
     from canalyze.library import Options, open
     from canalyze.library.capture import Capture
     from canalyze.library.columns import Column, Table, column_tables, columns
     from canalyze.library.event import Abort, Event, Frame, Hole, Note, Transfer
-    from canalyze.library.incident import Incidents
     from canalyze.library.node import Aborts, Emcy, Node, Nodes, Spread, StateChange
+    from canalyze.library.problem import Problems
     from canalyze.library.rows import Events, Findings, Frames, Transfers
     from canalyze.library.series import Series, Signal, Signals
     from canalyze.library.stream import Bus, Listener, live
     from canalyze.library.whole import Diff, Summary, convert, diff, rules, summary
+    from canalyze.problem import Cause, Moment, Problem, ProblemChange, Step
     from canalyze.values import ObjectRef
 
 __version__ = "0.1.0"
@@ -37,10 +37,10 @@ _FROM = {
         "Finding",
         "Line",
     ),
-    "incident": (
+    "problem": (
         "Cause",
-        "Incident",
-        "IncidentChange",
+        "Problem",
+        "ProblemChange",
         "Moment",
         "Step",
     ),
@@ -63,7 +63,7 @@ _FROM = {
         "Note",
         "Transfer",
     ),
-    "library.incident": ("Incidents",),
+    "library.problem": ("Problems",),
     "library.node": (
         "Aborts",
         "Emcy",
@@ -118,9 +118,6 @@ __all__ = [
     "Frame",
     "Frames",
     "Hole",
-    "Incident",
-    "IncidentChange",
-    "Incidents",
     "Line",
     "Listener",
     "Moment",
@@ -130,6 +127,9 @@ __all__ = [
     "ObjectRef",
     "Options",
     "OutputError",
+    "Problem",
+    "ProblemChange",
+    "Problems",
     "ReaderGone",
     "Series",
     "Signal",
@@ -154,7 +154,16 @@ __all__ = [
 ]
 
 
+_FORMER = {"Incident": "Problem", "IncidentChange": "ProblemChange", "Incidents": "Problems"}
+"""Former names, which are still accepted for a release."""
+
+
 def __getattr__(name: str) -> object:
+    if name in _FORMER:
+        import warnings
+
+        warnings.warn(f"canalyze.{name} is called {_FORMER[name]} now", DeprecationWarning, stacklevel=2)
+        name = _FORMER[name]
     module = next((module for module, names in _FROM.items() if name in names), None)
     if module is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

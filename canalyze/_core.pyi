@@ -23,7 +23,7 @@ DATA_TYPES: dict[int, tuple[str, int | None]]
 """Name and width of each data type by its code (CiA 301 7.4.7); bits as in a PDO, None without a fixed size."""
 
 COLOURS: dict[str, str]
-"""What begins each colour of a terminal, by severity, service and what else stands out."""
+"""What begins each colour of a terminal, by severity, service and what else is emphasized."""
 
 PLAIN: str
 """What ends a colour."""
@@ -32,7 +32,7 @@ WRITERS: list[str]
 """Names of the formats that the core writes: those of `convert --to`."""
 
 INCIDENTS: list[str]
-"""Names of the kinds of incident, as `node-silent`."""
+"""Names of the kinds of problem, as `node-silent`."""
 
 TABLES: list[str]
 """Names of the tables of columns that a session builds; `pdo` and `wide` stand for those of all PDOs."""
@@ -242,7 +242,7 @@ class Expectations:
     emcy: occurs must | may | never, and bus, node, code [value, mask].
     latency: of sdo | sync | nmt, max_ns, and bus, node, index and sub (sdo), pdo (sync).
     load: max_percent, and bus, bit_rate in bit/s, window_ns.
-    incident: one or more of occurs [least, most or null], ends_within_ns and cause (a glob of INCIDENTS), and bus,
+    problem: one or more of occurs [least, most or null], ends_within_ns and cause (a glob of INCIDENTS), and bus,
     node, kind (a glob of them).
     """
 
@@ -320,7 +320,7 @@ class Session:
         heartbeat_period_ns (by 1017h or its heartbeats), silent (heartbeat or guarding: by which it should have been
         heard since and was not; else null), guarded, emcy (null, or the last error code, of those that stand if any
         do: code text t_ns, and active: how many stand, 0: none), boot_ups, drive (null, or its state), findings
-        {error warning}, incident.
+        {error warning}, problem.
         objects, one an identifier, in order of bus, 11 bits before 29, identifier, data before remote frames: bus, id,
         ext, rtr, service, node, name, count, last_ns, period_ns (mean of the last 16), jitter_ns (by how much one of
         them differs from it at most; null of one alone), rate, len, data, changed (FF for each byte that changed in
@@ -333,11 +333,11 @@ class Session:
         first_frame last_frame t_ns duration_ns, as in the lines of transfers; no value of more than 256 bytes).
         findings, the last 500: code, severity, frame (null: of the capture), t_ns, bus, node, text, count (above 1:
         more of its kind followed, which have no row of their own).
-        incidents, at most 256, in the order of reading, each cause before what it has caused, which has one more depth:
+        problems, at most 256, in the order of reading, each cause before what it has caused, which has one more depth:
         id, kind, word (what kind it is), status and provisional (more of the capture may change what is said), impact,
         grade, bus, node, nodes, frame and t_ns (of the first evidence), noticed (frame), end_frame, end_ns, depth,
         cause (id), cause_grade, delay_ns (since the cause began), text, checks, count. Until the capture is over they
-        are as they would be if it were over now. incidents_more: those without a row. incident of a node: null, or
+        are as they would be if it were over now. problems_more: those without a row. problem of a node: null, or
         the first that concerns it and is not over: id word provisional.
         """
     def page(self, bus: str, node: int) -> str:
@@ -520,7 +520,7 @@ def rules(lang: str = "zh") -> list[Rule]:
 def explain(line: str, lang: str = "zh", network: Network | None = None) -> str | None:
     """One frame (candump log or console form, or cansend's ID#DATA) field by field; or what a code is.
 
-    A code is that of a rule, a kind of incident, an abort code, `8130h`, `1016h:01`, `182`, one with a word before it
+    A code is that of a rule, a kind of problem, an abort code, `8130h`, `1016h:01`, `182`, one with a word before it
     (`emcy 8130`, `register 11`, `statusword 0218`), or a term of CANopen (`inhibit time`). None for anything else;
     ValueError, in words, for a line that is meant as a frame and cannot be read.
     network: descriptions of devices; one of node 0 is of a node that is not known.

@@ -44,6 +44,7 @@ _FORMER: Final = {
     ("--incidents", "never"): ("--problems", "never"),
     ("--fail-on", "stands"): ("--fail-on", "open"),
     ("--fail-on", "over"): ("--fail-on", "ended"),
+    ("--table", "incidents"): ("--table", "problems"),
 }
 """Former spellings of options and their values, which are still accepted."""
 _SETTLED_FIRST: Final = ("--lang", "--config")

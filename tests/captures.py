@@ -199,7 +199,7 @@ def sort_rows(output: bytes) -> Analysis:
     places = {"frame": said.frames, "note": said.notes, "finding": said.findings, "transfer": said.transfers}
     for line in output.decode().splitlines():
         row: Row = json.loads(line)
-        if row["kind"] not in {"incident", "diagnosis"}:
+        if row["kind"] not in {"problem", "diagnosis"}:
             places[row["kind"]].append(row)
     return said
 

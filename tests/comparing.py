@@ -27,7 +27,7 @@ class Compared:
 
     def listed(self) -> str:
         """For a test's message."""
-        told = "".join(f"{row['incident']} {row['differs']} {row['a']} {row['b']}\n" for row in self.incidents)
+        told = "".join(f"{row['problem']} {row['differs']} {row['a']} {row['b']}\n" for row in self.incidents)
         return told + "\n".join(
             f"{row['what']} node {row['node']} {row['service']} {row['index']}: {row['text']}: "
             + "; ".join(f"{row[s]['frame']} {row[s]['text']}" if row[s] else "none" for s in "ab")
@@ -51,7 +51,7 @@ def compared(a: bytes, b: bytes, *, network: _core.Network | None = None, tolera
     sessions = recorded(a, network), recorded(b, network)
     found = _core.Comparison(*sessions, names=("a", "b"), lang="en", tolerance=tolerance)
     *rows, closing = map(json.loads, found.jsonl().decode().splitlines())
-    incidents = [row for row in rows if row["kind"] == "incident_difference"]
+    incidents = [row for row in rows if row["kind"] == "problem_difference"]
     assert rows[: len(incidents)] == incidents, "they come first"
     return Compared(rows[len(incidents) :], incidents, closing, (found.head() + found.body()).decode())
 

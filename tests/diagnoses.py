@@ -12,7 +12,7 @@ from captures import Row, session_output
 
 from canalyze import _core
 
-ABOVE_HARMLESS = frozenset({"stands", "unknown", "over"})
+ABOVE_HARMLESS = frozenset({"open", "unknown", "ended"})
 
 
 @dataclass(frozen=True)
@@ -30,11 +30,11 @@ class Diagnosed:
     @property
     def said(self) -> list[str]:
         """The same in one line each, for messages."""
-        return [f"{one['incident']} {one['status']} #{one['begin']['frame']} {one['message']}" for one in self.roots]
+        return [f"{one['problem']} {one['status']} #{one['begin']['frame']} {one['message']}" for one in self.roots]
 
 
 def diagnosed(text: bytes, network: _core.Network | None = None, lang: str = "en") -> Diagnosed:
     """Diagnose a capture in candump's log form."""
     output = session_output([text], output_format="diagnosis", lang=lang, network=network)
     rows: list[Row] = [json.loads(line) for line in output.decode().splitlines()]
-    return Diagnosed([row for row in rows if row["kind"] == "incident"], rows[-1])
+    return Diagnosed([row for row in rows if row["kind"] == "problem"], rows[-1])

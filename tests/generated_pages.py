@@ -83,10 +83,10 @@ def problems(lang: str) -> str:
     """The kinds of problems, as `explain` has them."""
     head = (
         "# 问题类型\n\n`canalyze diagnose` 把相关的检查结果归并为问题。以下是全部类型及其含义；"
-        "`canalyze explain node-silent` 显示其中一种。在期望文件的 `[[incident]]` 里用 `kind` 指定。诊断见"
+        "`canalyze explain node-silent` 显示其中一种。在期望文件的 `[[problem]]` 里用 `kind` 指定。诊断见"
         "[diagnosis](diagnosis.md)。\n",
         "# Kinds of problems\n\n`canalyze diagnose` groups findings into problems. These are all kinds; "
-        "`canalyze explain node-silent` shows one. `kind` of `[[incident]]` in a file of expectations takes "
+        "`canalyze explain node-silent` shows one. `kind` of `[[problem]]` in a file of expectations takes "
         "these names. "
         "See [diagnosis](diagnosis.md).\n",
     )

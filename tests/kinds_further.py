@@ -225,50 +225,50 @@ def shown(*statuswords: int, device: int | None = None) -> Frames:
 
 FURTHER: Final[dict[str, Further]] = {
     "in fault from the first look on": Further(
-        "axis-fault", lambda: shown(FAULT, FAULT), ("stands",), unsaid="in fault since"
+        "axis-fault", lambda: shown(FAULT, FAULT), ("open",), unsaid="in fault since"
     ),
-    "in fault, and of type 402": Further("axis-fault", lambda: shown(FAULT, device=0x0002_0192), ("stands",)),
+    "in fault, and of type 402": Further("axis-fault", lambda: shown(FAULT, device=0x0002_0192), ("open",)),
     "in fault at first only": Further("axis-fault", lambda: shown(FAULT, DISABLED)),
     "as if in fault, and of type 401": Further("axis-fault", lambda: shown(FAULT, FAULT, device=0x0001_0191)),
-    "a drive that takes no step": Further("not-enabled", lambda: stepped(DISABLED, DISABLED, DISABLED), ("stands",)),
+    "a drive that takes no step": Further("not-enabled", lambda: stepped(DISABLED, DISABLED, DISABLED), ("open",)),
     "a drive that takes each step": Further("not-enabled", lambda: stepped(READY, ON, ENABLED)),
     "a drive that takes a step late": Further("not-enabled", lambda: stepped(DISABLED, READY, ON)),
     "a drive that is told one step only": Further("not-enabled", lambda: stepped(DISABLED)),
     "each PDO within the inhibit time": Further(
         "inhibit-time",
         within_inhibit_time,
-        ("stands",),
+        ("open",),
     ),
     "each PDO later than its event timer": Further(
         "pdo-missing",
         always_late,
-        ("stands",),
+        ("open",),
     ),
     "an even stream is no overload": Further("overload", even_stream, ()),
-    "an overload to the end": Further("overload", overload_to_the_end, ("stands",)),
-    "a flood that stops": Further("node-floods", flood_that_stops, ("over",)),
-    "a PDO that is single again": Further("pdo-multiplied", single_again, ("over",)),
-    "one client again": Further("two-clients", one_client_again, ("over",)),
+    "an overload to the end": Further("overload", overload_to_the_end, ("open",)),
+    "a flood that stops": Further("node-floods", flood_that_stops, ("ended",)),
+    "a PDO that is single again": Further("pdo-multiplied", single_again, ("ended",)),
+    "one client again": Further("two-clients", one_client_again, ("ended",)),
     "two clients, all of them answered": Further(
         "request-unanswered",
         lambda: two_clients(True),
         (),
     ),
     "a register that an emergency explains": Further("register-without-emcy", announced_register, ()),
-    "a register that is 0 again": Further("register-without-emcy", register_read_again, ("over",)),
+    "a register that is 0 again": Further("register-without-emcy", register_read_again, ("ended",)),
     "nothing but error frames are one trouble": Further("bus-errors", lambda: error_frames(12, others=False), ()),
     "a general error is no state": Further("state-refused", general_error, ()),
     "a following error is told once": Further(
         "following-error",
         lag_announced,
-        ("stands",),
+        ("open",),
     ),
     "a following error that ends": Further(
-        "following-error", lambda: reported(CYCLIC_POSITION, ERROR | ACKNOWLEDGED), ("over",)
+        "following-error", lambda: reported(CYCLIC_POSITION, ERROR | ACKNOWLEDGED), ("ended",)
     ),
-    "a homing that is tried again": Further("homing-failed", lambda: reported(HOMING, ERROR), ("over",)),
+    "a homing that is tried again": Further("homing-failed", lambda: reported(HOMING, ERROR), ("ended",)),
     "a drive that is enabled by itself": Further("state-left", enabled_by_itself, ()),
-    "a mode that is taken late": Further("mode-not-taken", mode_taken_late, ("over",)),
+    "a mode that is taken late": Further("mode-not-taken", mode_taken_late, ("ended",)),
     "a reset with an edge": Further(
         "fault-reset-without-edge",
         lambda: reset_in_vain(True),
@@ -277,32 +277,32 @@ FURTHER: Final[dict[str, Further]] = {
     "targets that stop": Further(
         "targets-late",
         targets_stop,
-        ("stands",),
+        ("open",),
     ),
     "no targets while disabled": Further("targets-late", targets_while_disabled),
-    "configured again and again": Further("not-started", configured_again_and_again, ("stands",)),
+    "configured again and again": Further("not-started", configured_again_and_again, ("open",)),
     "what is configured is not stuck": Further("boot-stuck", configured_again_and_again),
     "error frames to the last": Further(
         "bus-errors",
         lambda: error_frames(12, others=True),
-        ("over",),
+        ("ended",),
         end=(0x20000088, -1),
     ),
     "emergencies to the last": Further(
         "emcy-flood",
         lambda: emcy_flood(True),
-        ("over",),
+        ("ended",),
         end=(0x085, -1),
     ),
-    "a reset at last": Further("fault-reset-without-edge", reset_at_last, ("over",)),
-    "a quick stop that ends": Further("quick-stop", stopped_and_disabled, ("over",)),
+    "a reset at last": Further("fault-reset-without-edge", reset_at_last, ("ended",)),
+    "a quick stop that ends": Further("quick-stop", stopped_and_disabled, ("ended",)),
     "a refusal and a restart": Further(
         "value-refused",
         restarted_instead,
-        ("over",),
+        ("ended",),
         unsaid="made good",
     ),
-    "made good after the start": Further("value-refused", made_good_after_start, ("over",)),
+    "made good after the start": Further("value-refused", made_good_after_start, ("ended",)),
     "made good after the start is not half configured": Further("half-configured", made_good_after_start),
 }
 """By what it shows."""

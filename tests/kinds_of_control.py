@@ -102,12 +102,12 @@ def not_taken(faulty: bool) -> Frames:
 
 
 SAMPLES = {
-    "read-in-vain": Sample(lambda faulty: reads(5 if faulty else 4), NODE, "stands", (0x605, 1)),
-    "reset-again-and-again": Sample(lambda faulty: resets(3 if faulty else 2), NODE, "stands", (0x000, 0)),
-    "mute-after-boot-up": Sample(mute, NODE, "stands", (0x705, -1)),
-    "another-device": Sample(another_device, NODE, "stands", (0x585, 4)),
+    "read-in-vain": Sample(lambda faulty: reads(5 if faulty else 4), NODE, "open", (0x605, 1)),
+    "reset-again-and-again": Sample(lambda faulty: resets(3 if faulty else 2), NODE, "open", (0x000, 0)),
+    "mute-after-boot-up": Sample(mute, NODE, "open", (0x705, -1)),
+    "another-device": Sample(another_device, NODE, "open", (0x585, 4)),
     "heartbeat-switched-off": Sample(switched_off, NODE, "harmless", (0x605, 1)),
-    "answer-on-another-id": Sample(elsewhere, NODE, "stands", (0x605, 1)),
-    "rpdo-stopped": Sample(lambda faulty: rpdo(60 if faulty else 100), NODE, "stands", (0x205, -1)),
-    "frames-not-taken": Sample(not_taken, NODE, "stands", (0x205, 0)),
+    "answer-on-another-id": Sample(elsewhere, NODE, "open", (0x605, 1)),
+    "rpdo-stopped": Sample(lambda faulty: rpdo(60 if faulty else 100), NODE, "open", (0x205, -1)),
+    "frames-not-taken": Sample(not_taken, NODE, "open", (0x205, 0)),
 }

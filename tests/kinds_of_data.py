@@ -38,7 +38,7 @@ def refused(index: int, abort: int) -> Sample:
         write(net, index, 1, 0x6173_6576, abort if faulty else 0)
         return beats(net, {NODE: 4}, ((0, PRE_OPERATIONAL),)).frames()
 
-    return Sample(make, NODE, "stands", (0x605, 1))
+    return Sample(make, NODE, "open", (0x605, 1))
 
 
 def half_configured(faulty: bool) -> Frames:
@@ -102,7 +102,7 @@ def emergency(code: int, register: int = 0x01) -> Sample:
         net = beats(started(4, NODE), {4: 4, NODE: 4}).wait(2.05)
         return net.emcy(NODE, code if faulty else 0, register if faulty else 0).frames()
 
-    return Sample(make, NODE, "stands", (0x085, 0))
+    return Sample(make, NODE, "open", (0x085, 0))
 
 
 def register_set(faulty: bool) -> Frames:
@@ -119,8 +119,8 @@ def emcy_flood(faulty: bool) -> Frames:
 
 
 SAMPLES = {
-    "request-unanswered": of_rule("SDO002", 10, "over"),
-    "late-answer": of_rule("SDO020", 10, "over"),
+    "request-unanswered": of_rule("SDO002", 10, "ended"),
+    "late-answer": of_rule("SDO020", 10, "ended"),
     "object-refused": refused(0x2000, NO_OBJECT),
     "access-refused": refused(0x2000, READ_ONLY),
     "length-refused": refused(0x2000, LENGTH),
@@ -128,26 +128,26 @@ SAMPLES = {
     "state-refused": refused(0x2000, NOT_NOW),
     "mapping-refused": refused(0x1A00, NOT_MAPPABLE),
     "write-refused": refused(0x2000, HARDWARE),
-    "half-configured": Sample(half_configured, NODE, "stands", (0x605, 1)),
+    "half-configured": Sample(half_configured, NODE, "open", (0x605, 1)),
     "store-failed": refused(0x1010, NOT_STORED),
     "program-download-failed": refused(0x1F50, HARDWARE),
     "storing": Sample(storing, NODE, "harmless", (0x605, 1)),
-    "damaged-transfer": of_rule("SDO003", 10, "stands"),
-    "two-clients": Sample(two_clients, NODE, "stands", (0x605, 0)),
-    "identity-mismatch": of_rule("EDS004", NODE, "stands", described=True),
-    "pdo-length": of_rule("PDO001", NODE, "stands"),
-    "pdo-missing": of_rule("SYN008", NODE, "stands"),
+    "damaged-transfer": of_rule("SDO003", 10, "open"),
+    "two-clients": Sample(two_clients, NODE, "open", (0x605, 0)),
+    "identity-mismatch": of_rule("EDS004", NODE, "open", described=True),
+    "pdo-length": of_rule("PDO001", NODE, "open"),
+    "pdo-missing": of_rule("SYN008", NODE, "open"),
     "rpdo-timeout": emergency(0x8250, 0x11),
-    "shared-cob-id": of_rule("PDO020", 6, "stands"),
-    "pdo-not-allowed": of_rule("PDO002", NODE, "stands"),
-    "pdo-configuration": of_rule("PDO008", NODE, "stands"),
-    "inhibit-time": Sample(inhibit_time, NODE, "over"),
-    "pdo-multiplied": Sample(multiplied, NODE, "stands", (0x185, 20)),
-    "commands-not-taken": Sample(not_taken, NODE, "stands", (0x205, 0)),
-    "sync-stopped": of_rule("SYN013", None, "stands"),
-    "sync-irregular": of_rule("SYN002", None, "over"),
-    "two-sync-producers": of_rule("SYN006", 6, "stands"),
-    "sync-length": of_rule("SYN001", NODE, "over"),
+    "shared-cob-id": of_rule("PDO020", 6, "open"),
+    "pdo-not-allowed": of_rule("PDO002", NODE, "open"),
+    "pdo-configuration": of_rule("PDO008", NODE, "open"),
+    "inhibit-time": Sample(inhibit_time, NODE, "ended"),
+    "pdo-multiplied": Sample(multiplied, NODE, "open", (0x185, 20)),
+    "commands-not-taken": Sample(not_taken, NODE, "open", (0x205, 0)),
+    "sync-stopped": of_rule("SYN013", None, "open"),
+    "sync-irregular": of_rule("SYN002", None, "ended"),
+    "two-sync-producers": of_rule("SYN006", 6, "open"),
+    "sync-length": of_rule("SYN001", NODE, "ended"),
     "communication-error": emergency(0x8100, 0x11),
     "overrun": emergency(0x8110, 0x11),
     "bus-trouble": emergency(0x8140, 0x11),
@@ -155,11 +155,11 @@ SAMPLES = {
     "supply-voltage": emergency(0x3210, 0x05),
     "temperature": emergency(0x4210, 0x09),
     "module-failed": emergency(0x7000),
-    "register-without-emcy": Sample(register_set, NODE, "stands", (0x585, 0)),
-    "emcy-flood": Sample(emcy_flood, NODE, "over", (0x085, 0)),
-    "lss-unanswered": of_rule("LSS009", None, "over"),
-    "lss-refused": of_rule("LSS003", None, "over"),
-    "time-jump": of_rule("TIM002", None, "over"),
-    "srdo-invalid": of_rule("SRD001", NODE, "over"),
-    "wire-error": of_rule("HBT003", NODE, "over"),
+    "register-without-emcy": Sample(register_set, NODE, "open", (0x585, 0)),
+    "emcy-flood": Sample(emcy_flood, NODE, "ended", (0x085, 0)),
+    "lss-unanswered": of_rule("LSS009", None, "ended"),
+    "lss-refused": of_rule("LSS003", None, "ended"),
+    "time-jump": of_rule("TIM002", None, "ended"),
+    "srdo-invalid": of_rule("SRD001", NODE, "ended"),
+    "wire-error": of_rule("HBT003", NODE, "ended"),
 }

@@ -86,7 +86,7 @@ def reports(mode: int, wrong: int, right: int, *, count: int = 20, clean_count: 
             cycles(net, 15, ENABLED | right, mode, count=20)
         return net.frames()
 
-    return Sample(make, NODE, "stands", (0x185, 13))
+    return Sample(make, NODE, "open", (0x185, 13))
 
 
 def set_point(faulty: bool) -> Frames:
@@ -108,21 +108,21 @@ def targets(faulty: bool) -> Frames:
 
 
 SAMPLES = {
-    "axis-fault": of_rule("DRV005", NODE, "stands"),
-    "fault-reset-without-effect": Sample(reset_in_vain, NODE, "stands", (0x205, 3)),
-    "not-enabled": of_rule("DRV002", NODE, "stands"),
-    "quick-stop": Sample(quick_stop, NODE, "stands", (0x185, 8)),
+    "axis-fault": of_rule("DRV005", NODE, "open"),
+    "fault-reset-without-effect": Sample(reset_in_vain, NODE, "open", (0x205, 3)),
+    "not-enabled": of_rule("DRV002", NODE, "open"),
+    "quick-stop": Sample(quick_stop, NODE, "open", (0x185, 8)),
     "state-left": Sample(
         left,
         NODE,
-        "stands",
+        "open",
     ),
-    "illegal-transition": of_rule("DRV001", NODE, "over"),
-    "mode-not-taken": Sample(mode_not_taken, NODE, "stands", (0x205, 8)),
-    "fault-reset-without-edge": Sample(held_reset, NODE, "stands"),
+    "illegal-transition": of_rule("DRV001", NODE, "ended"),
+    "mode-not-taken": Sample(mode_not_taken, NODE, "open", (0x205, 8)),
+    "fault-reset-without-edge": Sample(held_reset, NODE, "open"),
     "following-error": reports(CYCLIC_POSITION, ERROR | ACKNOWLEDGED, ACKNOWLEDGED),
     "internal-limit": reports(POSITION, LIMIT, 0, clean_count=9),
-    "set-point-not-acknowledged": Sample(set_point, NODE, "stands", (0x205, 13)),
+    "set-point-not-acknowledged": Sample(set_point, NODE, "open", (0x205, 13)),
     "homing-failed": reports(HOMING, ERROR, ACKNOWLEDGED | REACHED),
-    "targets-late": Sample(targets, NODE, "over", (0x305, 39)),
+    "targets-late": Sample(targets, NODE, "ended", (0x305, 39)),
 }

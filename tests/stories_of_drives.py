@@ -52,7 +52,7 @@ def reset_in_vain(p: Plant) -> tuple[Log, Tale]:
                 raised,
                 raised,
                 log.first(on(0x184, "3702"), tries[2]),
-                "over",
+                "ended",
                 [
                     log.first(on(0x184, "1F02"), struck),
                     log.first(on(0x184, "1802"), struck),
@@ -103,7 +103,7 @@ def reset_without_edge(p: Plant) -> tuple[Log, Tale]:
                 min(raised, shown),
                 max(raised, shown),
                 None,
-                "stands",
+                "open",
                 [
                     log.first(on(0x204, "8000"), tried),
                     log.all(on(0x204, "8000"), tried)[-1],
@@ -161,7 +161,7 @@ def both_axes(p: Plant) -> tuple[Log, Tale]:
                 first,
                 second,
                 log.first(on(0x285, "3702"), tried),
-                "over",
+                "ended",
                 [
                     log.first(on(0x205, "8000"), tried),
                     log.first(on(0x305, "8000"), tried),
@@ -202,7 +202,7 @@ def enable_without_effect(p: Plant) -> tuple[Log, Tale]:
                 shutdown,
                 log.first(on(0x184, "4002"), log.stamp(enable)),
                 None,
-                "stands",
+                "open",
                 [enable, log.first(on(0x204, "0600"), again), log.all(on(0x184, "4002"))[-1]],
                 "the axis does not move; no EMCY, no fault",
                 "safe torque off, mains and intermediate circuit of drive 4 (bit 4 of the statusword is 0)",
@@ -248,7 +248,7 @@ def controller_paused(p: Plant) -> tuple[Log, Tale]:
                 log.last(lambda line: controller(line) or on(0x080)(line), stalled + 0.02),
                 seen,
                 log.first(lambda line: controller(line) or on(0x080)(line), back),
-                "over",
+                "ended",
                 [log.last(on(0x77F), stalled + 0.02), log.last(on(0x080), stalled + 0.02)],
                 "no set-points for 1.8 s",
                 "load and program of the controller; its CAN adapter",
@@ -260,7 +260,7 @@ def controller_paused(p: Plant) -> tuple[Log, Tale]:
                 seen,
                 seen,
                 log.first(on(0x185, "3702"), back),
-                "over",
+                "ended",
                 [
                     log.first(on(0x185, "1702"), stalled),
                     log.first(on(0x185, "5002"), stalled),

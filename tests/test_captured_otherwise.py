@@ -58,12 +58,12 @@ def test_no_problem_comes_of_every_frame_twice(name: str, apart_us: int) -> None
     frames = RECORDED.get(name) or STACKS[name]
     doubled = [copy for frame in frames for copy in (frame, replace(frame, t_us=frame.t_us + apart_us))]
     once, twice = (diagnosed(log_text(sorted(one, key=lambda f: f.t_us))) for one in (frames, doubled))
-    assert {one["incident"] for one in twice.roots} <= {one["incident"] for one in once.roots}, twice.said
+    assert {one["problem"] for one in twice.roots} <= {one["problem"] for one in once.roots}, twice.said
 
 
 def test_a_second_master_is_told_from_frames_captured_twice() -> None:
     frames = read_log((SAMPLES / "stories" / "t07-second-master.log").read_bytes())
-    assert "two-masters" in {one["incident"] for one in diagnosed(log_text(frames)).roots}
+    assert "two-masters" in {one["problem"] for one in diagnosed(log_text(frames)).roots}
 
 
 @pytest.mark.parametrize("name", [*RECORDED, *STACKS])

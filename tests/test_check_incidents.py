@@ -57,9 +57,9 @@ def test_reports(canalyze: Runner, tmp_path: Path) -> None:
     done = canalyze("check", "lost.log", "well.log", "--problems", "open", "--fail-on", "never", *files)
     assert done.code == 1
     rows = [json.loads(line) for line in done.out.splitlines()]
-    (problem,) = (row for row in rows if row["kind"] == "incident")
-    assert (problem["incident"], problem["node"], problem["status"], problem["fails"]) == (
-        *("node-silent", 5, "stands", True),
+    (problem,) = (row for row in rows if row["kind"] == "problem")
+    assert (problem["problem"], problem["node"], problem["status"], problem["fails"]) == (
+        *("node-silent", 5, "open", True),
     )
     root = ET.parse(tmp_path / "j.xml").getroot()
     failing = [case.get("name") or "" for case in root.iter("testcase") if case.find("failure") is not None]
@@ -83,7 +83,7 @@ def test_known_problems_pass_and_new_ones_fail(canalyze: Runner, tmp_path: Path)
     assert json.loads((tmp_path / "known.json").read_text()) == {
         "canalyze_baseline": 1,
         "findings": [],
-        "incidents": [{"kind": "node-silent", "bus": "can0", "subject": "node 5", "object": None, "count": 1}],
+        "problems": [{"kind": "node-silent", "bus": "can0", "subject": "node 5", "object": None, "count": 1}],
     }
     done = canalyze(*BASE, "lost.log")
     assert (done.code, done.err) == (0, "")
@@ -101,7 +101,7 @@ def test_known_problems_pass_and_new_ones_fail(canalyze: Runner, tmp_path: Path)
 def test_each_report_says_what_is_known(canalyze: Runner, tmp_path: Path) -> None:
     canalyze(*BASE, "--update-baseline", "lost.log")
     done = canalyze(*BASE, "lost.log", "--junit", "j.xml", "--sarif", "s.json", "--format", "jsonl")
-    (problem,) = (row for row in map(json.loads, done.out.splitlines()) if row["kind"] == "incident")
+    (problem,) = (row for row in map(json.loads, done.out.splitlines()) if row["kind"] == "problem")
     assert (problem["known"], problem["fails"]) == (1, False)
     root = ET.parse(tmp_path / "j.xml").getroot()
     skipped = [case for case in root.iter("testcase") if case.find("skipped") is not None]

@@ -203,8 +203,8 @@ def test_output_to_a_device_does_not_replace_it(canalyze: Runner, notes: str) ->
 def _records(out: str) -> tuple[list[str], list[Row]]:
     """The lines that are no incident, and the incidents."""
     lines = out.splitlines()
-    incidents = [json.loads(line) for line in lines if line.startswith('{"kind":"incident"')]
-    return [line for line in lines if not line.startswith('{"kind":"incident"')], incidents
+    incidents = [json.loads(line) for line in lines if line.startswith('{"kind":"problem"')]
+    return [line for line in lines if not line.startswith('{"kind":"problem"')], incidents
 
 
 def _unnumbered(incidents: list[Row]) -> list[str]:

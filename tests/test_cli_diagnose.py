@@ -109,7 +109,7 @@ def test_a_story_has_all_of_it(canalyze: Runner, name: str, lang: str) -> None:
         assert one["message"] in told.lines[0]
         assert all(step["text"] in told.out and f"#{step['frame']} " in told.out for step in one["steps"])
         assert all(entry["code"] in told.out for entry in one["findings"])
-        assert f"canalyze explain {one['incident']}" in told.lines[-1]
+        assert f"canalyze explain {one['problem']}" in told.lines[-1]
         if one["cause"] is not None:
             assert f"-n {one['cause']['id']}" in told.lines[-1]
         if lang == "en":

@@ -14,10 +14,10 @@ from diagnoses import diagnosed
 from canalyze.examples import EXAMPLES
 
 TOLD = {
-    "node-lost.log": [("node-silent", "stands", 9)],
-    "node-restarted.log": [("node-silent", "over", 3)],
-    "mapping-refused.log": [("mapping-refused", "over", 6)],
-    "drive-fault.log": [("axis-fault", "over", 5)],
+    "node-lost.log": [("node-silent", "open", 9)],
+    "node-restarted.log": [("node-silent", "ended", 3)],
+    "mapping-refused.log": [("mapping-refused", "ended", 6)],
+    "drive-fault.log": [("axis-fault", "ended", 5)],
     "all-well.log": [],
 }
 
@@ -25,13 +25,13 @@ TOLD = {
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_an_example_tells_one_story(name: str) -> None:
     found = diagnosed(EXAMPLES[name]().encode())
-    assert [(one["incident"], one["status"], one["subject"]["node"]) for one in found.roots] == TOLD[name]
+    assert [(one["problem"], one["status"], one["subject"]["node"]) for one in found.roots] == TOLD[name]
 
 
 def test_what_follows_from_a_loss() -> None:
     found = diagnosed(EXAMPLES["node-lost.log"]().encode())
     (lost, reported) = found.incidents
-    assert (reported["incident"], reported["cause"]) == (
+    assert (reported["problem"], reported["cause"]) == (
         "heartbeat-consumer-error",
         {"id": lost["id"], "link": "L1", "grade": "certain"},
     )

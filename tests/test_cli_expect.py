@@ -307,14 +307,14 @@ def test_problems_of_a_draft(canalyze: Runner, tmp_path: Path) -> None:
     (row,) = (row for row in failed(tmp_path / "lost.log", tmp_path / "well.toml") if row["code"] == "EXP018")
     assert (row["about_frame"], row["node"], row["facts"]["found"]) == (
         *(39, 5),
-        [{"incident": "node-silent", "frame": 39}],
+        [{"problem": "node-silent", "frame": 39}],
     )
 
 
 @pytest.mark.parametrize("lang", ["zh", "en"])
 def test_a_mistake_about_a_problem_is_one_line(canalyze: Runner, tmp_path: Path, lang: str) -> None:
     (tmp_path / "well.log").write_bytes(lost(40))
-    (tmp_path / "all.toml").write_text('\n[[incident]]\nkind = "node-silnt"\noccurs = 0\n')
+    (tmp_path / "all.toml").write_text('\n[[problem]]\nkind = "node-silnt"\noccurs = 0\n')
     done = canalyze("check", "--lang", lang, "--expect", "all.toml", "well.log")
     assert (done.code, done.out) == (2, "")
     (said,) = done.complaints
@@ -323,10 +323,10 @@ def test_a_mistake_about_a_problem_is_one_line(canalyze: Runner, tmp_path: Path,
 
 def test_problems_are_judged_and_not_listed_by_expectations_alone(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "lost.log").write_bytes(lost(20))
-    (tmp_path / "all.toml").write_text('[[incident]]\nkind = "node-silent"\nnode = 5\noccurs = 1\n')
+    (tmp_path / "all.toml").write_text('[[problem]]\nkind = "node-silent"\nnode = 5\noccurs = 1\n')
     for command in (("check", "--fail-on", "never", "--format", "jsonl"), ("decode", "--format", "jsonl")):
         options = ("--expect", "all.toml") if command[0] == "check" else ()
         done = canalyze(*command, *options, "lost.log")
-        assert done.code == 0 and '"incident"' not in done.out
+        assert done.code == 0 and '"problem"' not in done.out
     done = canalyze("check", "--expect", "all.toml", "--problems", "never", "--format", "jsonl", "lost.log")
-    assert '"kind":"incident"' in done.out and "EXP" not in done.out
+    assert '"kind":"problem"' in done.out and "EXP" not in done.out

@@ -60,13 +60,13 @@ SAID_BY_THE_CORE = {
     *("bus_state", "check_nature", "damage", "diagnose_nature", "info", "merge", "mode", "severity", "status"),
     *(
         "example",
-        "incident_count",
-        "incident_grade",
-        "incident_heading",
-        "incident_impact",
-        "incident_link",
-        "incident_role",
-        "incident_status",
+        "problem_count",
+        "problem_grade",
+        "problem_heading",
+        "problem_impact",
+        "problem_link",
+        "problem_role",
+        "problem_status",
     ),
 }
 """Tables whose keys are made of what the core says."""

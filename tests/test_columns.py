@@ -111,7 +111,7 @@ def same_incidents(said: list[Row], table: _core.Table) -> None:
         subject, cause, end = one["subject"], one["cause"] or {}, one["end"]
         frames = {one["begin"]["frame"], one["noticed"]["frame"], *(step["frame"] for step in one["steps"])}
         assert row == {
-            **{key: one[key] for key in ("id", "incident", "status", "impact", "grade", "root", "message")},
+            **{key: one[key] for key in ("id", "problem", "status", "impact", "grade", "root", "message")},
             **{key: subject.get(key) for key in ("bus", "node", "axis", "pdo")},
             "nodes": subject.get("nodes", [subject["node"]] if "node" in subject else []),
             "begin_frame": one["begin"]["frame"],
@@ -138,8 +138,8 @@ INCIDENTS = [*sorted((SAMPLES / "rules").glob("*.log")), *sorted((SAMPLES / "sta
 def test_incidents_say_what_json_says(path: Path) -> None:
     text, network = path.read_bytes(), described_beside(path)
     lines = session_output([text], output_format="diagnosis", lang="en", network=network, name=path.name).splitlines()
-    said = [row for row in map(json.loads, lines) if row["kind"] == "incident"]
-    same_incidents(said, tables_of([text], ["incidents"], network=network, name=path.name)["incidents"])
+    said = [row for row in map(json.loads, lines) if row["kind"] == "problem"]
+    same_incidents(said, tables_of([text], ["problems"], network=network, name=path.name)["problems"])
 
 
 def same_transfers(said: list[Row], table: _core.Table) -> None:

@@ -29,19 +29,19 @@ def cyclic(frame: str, begin: float, end: float, period: float) -> list[Line]:
 
 @pytest.mark.parametrize("times", [1, 4, 5, 20])
 def test_reads_that_are_always_refused(times: int) -> None:
-    assert kinds(told(log_text(reads(times)))) == [("stands", "read-in-vain")] * (times >= 5)
+    assert kinds(told(log_text(reads(times)))) == [("open", "read-in-vain")] * (times >= 5)
     ended = kinds(told(log_text(reads(times + 1, succeeds=True))))
-    assert ended == [("over", "read-in-vain")] * (times >= 5)
+    assert ended == [("ended", "read-in-vain")] * (times >= 5)
 
 
 @pytest.mark.parametrize(("times", "pause"), [(1, 2), (2, 2), (3, 2), (8, 0.5), (4, 40)])
 def test_resets_again_and_again(times: int, pause: float) -> None:
     """Those that are far apart have nothing to do with each other."""
     said = kinds(told(log_text(resets(times, pause))))
-    assert said == [("stands", "reset-again-and-again")] * (times >= 3 and pause < 30)
+    assert said == [("open", "reset-again-and-again")] * (times >= 3 and pause < 30)
 
 
-@pytest.mark.parametrize(("cycles", "status"), [(100, None), (85, None), (75, "stands"), (30, "stands"), (10, None)])
+@pytest.mark.parametrize(("cycles", "status"), [(100, None), (85, None), (75, "open"), (30, "open"), (10, None)])
 def test_an_rpdo_that_stops(cycles: int, status: str | None) -> None:
     """A pause of some cycles is none; nor does one stop that has not come in each cycle for long enough."""
     assert kinds(told(log_text(rpdo(cycles)))) == ([(status, "rpdo-stopped")] if status else [])
@@ -51,7 +51,7 @@ def test_an_rpdo_that_stops(cycles: int, status: str | None) -> None:
 def test_a_tpdo_that_stops(changes: bool, cycles: int, stops: bool) -> None:
     """One that is sent by changes does not stop where nothing changes any more."""
     said = kinds(told(log_text(rpdo(cycles, of=cycles + 40, transmit=True, changes=changes))))
-    assert said == [("stands", "pdo-missing")] * stops
+    assert said == [("open", "pdo-missing")] * stops
 
 
 @pytest.mark.parametrize("silence", [0.3, 0.7, 1.17, 1.45, 1.6, 4.0])
@@ -63,7 +63,7 @@ def test_a_restart_is_found_whatever_the_silence_before_it(silence: float) -> No
 
 @pytest.mark.parametrize(("since", "shared"), [(None, False), (50, True), (95, False)])
 def test_two_senders_of_one_rpdo(since: int | None, shared: bool) -> None:
-    assert kinds(told(log_text(rpdo(100, second=since)))) == [("stands", "shared-cob-id")] * shared
+    assert kinds(told(log_text(rpdo(100, second=since)))) == [("open", "shared-cob-id")] * shared
 
 
 @pytest.mark.parametrize("reports", [True, False])
@@ -73,7 +73,7 @@ def test_a_heartbeat_that_is_switched_off(reports: bool) -> None:
     lines += [*beats(5, 5, 0.4, 5, 0.2), *beats(4, 5, 0.45, 20), *written(5, 5, 0x1017, 0, 0, 2)]
     lines += [(5.5, "084#3081110000000000")] if reports else []
     said = told(log(lines))
-    assert ("heartbeat switched off" in said[0][2]) and said[0][0] == ("stands" if reports else "harmless")
+    assert ("heartbeat switched off" in said[0][2]) and said[0][0] == ("open" if reports else "harmless")
 
 
 @pytest.mark.parametrize(("delay", "value", "two"), [(0.0004, 2, True), (0.0004, 1, False), (0.3, 2, False)])
@@ -98,7 +98,7 @@ def test_nodes_of_one_supply_are_one_problem(apart: float) -> None:
     ]
 
 
-@pytest.mark.parametrize(("heard", "status"), [(False, ["stands"]), (True, [])])
+@pytest.mark.parametrize(("heard", "status"), [(False, ["open"]), (True, [])])
 def test_a_monitored_node_that_is_not_there(heard: bool, status: list[str]) -> None:
     lines = [(0, "705#00"), (0.01, "704#00"), *written(0.1, 5, 0x1016, 1, 9 << 16 | 1000), (0.5, "000#0100")]
     lines += [*beats(5, 5, 0.6, 12), *beats(4, 5, 0.62, 12), *(beats(9, 5, 0.3, 12) if heard else [])]
@@ -109,7 +109,7 @@ def test_a_monitored_node_is_missed_also_while_its_consumer_is_written_to() -> N
     lines = [(0.0, "705#00"), (0.01, "704#00"), *written(0.1, 5, 0x1016, 1, 9 << 16 | 1000), (0.5, "000#0100")]
     lines += [*beats(5, 5, 0.6, 12), *beats(4, 5, 0.62, 12)]
     lines += [line for second in range(1, 12) for line in written(second + 0.03, 5, 0x2000, 0, second)]
-    assert kinds(told(log(lines))) == [("stands", "watched-node-absent")]
+    assert kinds(told(log(lines))) == [("open", "watched-node-absent")]
 
 
 @pytest.mark.parametrize("back", [False, True])
@@ -118,7 +118,7 @@ def test_frames_that_an_rpdo_takes_again(back: bool) -> None:
     lines = [(0.0, "705#00"), *written(0.1, 5, 0x1400, 1, 0x80000205), *written(0.15, 5, 0x1400, 1, 0x305)]
     lines += [(0.5, "000#0105"), *beats(5, 5, 0.6, 12), *cyclic("205#0F00", 1, 11, 0.1)]
     lines += [*written(6, 5, 0x1400, 1, 0x80000305), *written(6.01, 5, 0x1400, 1, 0x205)] if back else []
-    assert kinds(told(log(lines))) == [("over" if back else "stands", "frames-not-taken")]
+    assert kinds(told(log(lines))) == [("ended" if back else "open", "frames-not-taken")]
 
 
 def test_stamps_far_apart_are_no_problem_of_arithmetic() -> None:
@@ -151,7 +151,7 @@ def test_a_mapping_that_needs_more_than_its_producer_sends(bits: int, fits: bool
     lines += [*written(0.24, 6, 0x1600, 0, 1, 1), *written(0.26, 6, 0x1400, 1, 0x185), (0.5, "000#0100")]
     lines += [*beats(5, 5, 0.6, 8), *beats(6, 5, 0.61, 8), *cyclic("185#1122", 1, 8, 0.1)]
     said = told(log(lines))
-    assert kinds(said) == ([] if fits else [("stands", "pdo-length")])
+    assert kinds(said) == ([] if fits else [("open", "pdo-length")])
     assert fits or "node 6's RPDO1 needs 4" in said[0][2]
 
 
@@ -167,7 +167,7 @@ def test_a_drive_that_is_commanded_in_vain(statusword: str, told_of: bool) -> No
         word = (6, 7, 15, 15, 15, 15, 15, 15)[number % 8] if told_of else 15
         lines += [(1 + number * 0.1, f"20A#{word:02X}00"), (1.01 + number * 0.1, f"18A#{statusword}")]
     said = told(log(lines))
-    assert kinds(said) == [("stands", "not-enabled")] * told_of
+    assert kinds(said) == [("open", "not-enabled")] * told_of
     assert not told_of or "0250h switch on disabled" in said[0][2]
 
 

@@ -198,18 +198,18 @@ def test_a_lost_heartbeat_does_not_come_back_by_an_interface_that_goes() -> None
     def shown() -> tuple[object, object, list[object]]:
         snapshot = json.loads(session.snapshot())
         node = snapshot["nodes"][0]
-        return node["silent"], node["unknown"], [(one["kind"], one["status"]) for one in snapshot["incidents"]]
+        return node["silent"], node["unknown"], [(one["kind"], one["status"]) for one in snapshot["problems"]]
 
     assert shown()[:2] == ("heartbeat", False)
     before = shown()[2]
-    assert ("node-silent", "stands") in before
+    assert ("node-silent", "open") in before
     ticks = b"".join(block(5, 0, START_NS + no * 100_000_000) for no in range(30, 80))
     session.feed(block(6, 0, which=1) + ticks)
     assert shown() == (None, True, before), "nobody knows, and nothing is over"
     session.feed(b"".join(frame(8.0 + step / 10, 0x706, "05") for step in range(20)))
     assert shown() == (None, True, before)
     session.feed(frame(10.0, 0x705, "05") + block(5, 0, START_NS + 10_200_000_000))
-    assert shown()[:2] == (None, False) and ("node-silent", "stands") not in shown()[2]
+    assert shown()[:2] == (None, False) and ("node-silent", "open") not in shown()[2]
 
 
 def test_nodes_in_figures() -> None:

@@ -21,7 +21,7 @@ from plants import EVENT, EVENT_PDO, UP, built
 
 import canalyze
 from canalyze import _core
-from canalyze.incident import KEYS
+from canalyze.problem import KEYS
 from canalyze.running.options import SessionOptions
 
 REPORTED = {
@@ -48,7 +48,7 @@ half written; a refused write is part of the fault's making."""
 def test_clean_sessions_have_no_problem(name: str) -> None:
     session = sessions()[name]
     found = diagnosed(log_text(session.frames), session.network)
-    assert sorted(one["incident"] for one in found.roots) == REPORTED.get(name, []), found.said
+    assert sorted(one["problem"] for one in found.roots) == REPORTED.get(name, []), found.said
 
 
 def own(name: str) -> Counter[str]:
@@ -62,7 +62,7 @@ def test_one_fault_is_at_most_one_problem(fault: AnyFault) -> None:
     said: list[str] = []
     for case in fault.cases():
         found = diagnosed(log_text(case.faulty.frames), case.network)
-        kinds = Counter(one["incident"] for one in found.roots)
+        kinds = Counter(one["problem"] for one in found.roots)
         recorded = case.where.rsplit(" at ", 1)[0] if fault.row.startswith("recorded") else ""
         if (kinds - own(recorded)).total() > 1:
             beside += 1
@@ -82,8 +82,8 @@ def test_json_lines_have_these_keys(tmp_path: Path) -> None:
     assert rows
     for row in rows:
         assert list(row) == list(KEYS)
-        assert (row["kind"], row["phase"]) == ("incident", "final")
-        assert row["status"] in {"stands", "over", "harmless", "unknown"}
+        assert (row["kind"], row["phase"]) == ("problem", "final")
+        assert row["status"] in {"open", "ended", "harmless", "unknown"}
         assert row["impact"] in set("ABCDE")
         assert row["grade"] in {"certain", "likely", "possible"}
         assert "bus" in row["subject"]
@@ -106,11 +106,11 @@ def lost(count: int, *, until: int = 40) -> bytes:
 def test_a_node_is_silent_since_its_last_frame() -> None:
     found = diagnosed(lost(20))
     (one,) = found.roots
-    assert (one["incident"], one["status"], one["subject"]["node"]) == ("node-silent", "stands", 5)
+    assert (one["problem"], one["status"], one["subject"]["node"]) == ("node-silent", "open", 5)
     assert one["begin"]["frame"] == 39
     assert one["end"] is None
     assert [entry["code"] for entry in one["findings"]] == ["HBT002"]
-    assert found.whole["counts"] == {"stands": 1, "unknown": 0, "over": 0, "harmless": 0}
+    assert found.whole["counts"] == {"open": 1, "unknown": 0, "ended": 0, "harmless": 0}
 
 
 def test_a_node_that_goes_on_is_not_silent() -> None:
@@ -122,14 +122,14 @@ def test_who_asked_for_the_reset_makes_it_harmless() -> None:
     boot = [CanFrame("can0", 0x705, b"\0"), *heartbeat]
     asked = [*heartbeat, CanFrame("can0", 0, b"\x81\x05"), *boot]
     commanded = diagnosed(log_text(spaced(asked, step_us=100_000)))
-    assert [(one["incident"], one["status"]) for one in commanded.incidents] == [("commanded-reset", "harmless")]
+    assert [(one["problem"], one["status"]) for one in commanded.incidents] == [("commanded-reset", "harmless")]
     by_itself = diagnosed(log_text(spaced([*heartbeat, *boot], step_us=100_000)))
-    assert [(one["incident"], one["status"]) for one in by_itself.incidents] == [("node-restarted", "over")]
+    assert [(one["problem"], one["status"]) for one in by_itself.incidents] == [("node-restarted", "ended")]
     stays = [*heartbeat, CanFrame("can0", 0x705, b"\0"), *([CanFrame("can0", 0x705, b"\x7f")] * 80)]
     forgotten = diagnosed(log_text(spaced(stays, step_us=100_000)))
-    assert [(one["incident"], one["status"]) for one in forgotten.incidents] == [("node-restarted", "stands")]
+    assert [(one["problem"], one["status"]) for one in forgotten.incidents] == [("node-restarted", "open")]
     early = diagnosed(log_text(spaced(stays[:30], step_us=100_000)))
-    assert [(one["incident"], one["status"]) for one in early.incidents] == [("node-restarted", "unknown")]
+    assert [(one["problem"], one["status"]) for one in early.incidents] == [("node-restarted", "unknown")]
 
 
 @pytest.mark.parametrize("missing", [6, 10, 15])
@@ -139,36 +139,36 @@ def test_a_command_that_is_over_excuses_no_pdo_that_stops_later(after: float, mi
     capture = Capture(built("plant", "written"))
     first = capture.next(EVENT_PDO, UP + after)
     capture.drop(first + 0.01, first + 0.01 + missing * EVENT, EVENT_PDO)
-    told = [one for one in diagnosed(log_text(capture.frames)).incidents if one["incident"] == "pdo-missing"]
-    assert [(one["status"], one["cause"]) for one in told] == [("over", None)]
+    told = [one for one in diagnosed(log_text(capture.frames)).incidents if one["problem"] == "pdo-missing"]
+    assert [(one["status"], one["cause"]) for one in told] == [("ended", None)]
 
 
 def test_a_command_excuses_the_pdos_that_it_stops() -> None:
     capture = Capture(built("plant", "written"))
     capture.drop(UP, UP + 1.5, EVENT_PDO)
-    told = [one for one in diagnosed(log_text(capture.frames)).incidents if one["incident"] == "pdo-missing"]
+    told = [one for one in diagnosed(log_text(capture.frames)).incidents if one["problem"] == "pdo-missing"]
     assert [one["status"] for one in told] in ([], ["harmless"])
 
 
 def test_incidents_of_the_library(tmp_path: Path) -> None:
     (tmp_path / "a.log").write_bytes(lost(20))
     capture = canalyze.open(tmp_path / "a.log")
-    (one,) = capture.incidents.roots
-    assert capture.incidents.standing == [one]
-    assert capture.stories() == capture.stories([one]) and one.message in capture.stories()[0]
+    (one,) = capture.problems.roots
+    assert capture.problems.open == [one]
+    assert capture.diagnosis() == capture.diagnosis([one]) and one.message in capture.diagnosis()[0]
     assert capture.gave(one)
-    table = capture.tables("incidents")["incidents"]
-    assert (table.column("incident"), table.column("begin_frame")) == (["node-silent"], [one.begin.frame])
-    assert capture.incidents.of(node=5, kind="node-silent", bus="can0", status="stands") == [one]
-    assert not capture.incidents.of(node=6)
+    table = capture.tables("problems")["problems"]
+    assert (table.column("problem"), table.column("begin_frame")) == (["node-silent"], [one.begin.frame])
+    assert capture.problems.of(node=5, kind="node-silent", bus="can0", status="open") == [one]
+    assert not capture.problems.of(node=6)
     assert (one.begin.frame, one.end, one.nodes, one.cause, one.effects) == (39, None, (5,), None, ())
-    assert capture.incidents.cause_of(one) is None and not capture.incidents.effects_of(one)
+    assert capture.problems.cause_of(one) is None and not capture.problems.effects_of(one)
     assert 39 in one.frames
-    assert "node 5" in repr(capture.incidents)
+    assert "node 5" in repr(capture.problems)
     with pytest.raises(ValueError, match="status"):
-        capture.incidents.of(status="gone")  # type: ignore[arg-type]
+        capture.problems.of(status="gone")  # type: ignore[arg-type]
     with pytest.raises(KeyError):
-        capture.incidents.by_id(7)
+        capture.problems.by_id(7)
 
 
 def test_incidents_are_told_as_they_begin_and_end() -> None:
@@ -179,13 +179,13 @@ def test_incidents_are_told_as_they_begin_and_end() -> None:
     told = [line for line in out.splitlines() if line.startswith(("# ✖", "# ✔"))]
     assert len(told) == 2
     assert told[0].startswith("# ✖ problem 1: node 5: silent since")
-    assert told[1].startswith("# ✔ resolved 1: node 5: silent for")
+    assert told[1].startswith("# ✔ ended 1: node 5: silent for")
     session = _core.Session(SessionOptions(lang="en", format="jsonl", incidents=True))
     session.begin("a.log", True, "candump", 0)
     out = b"".join([session.feed(text, 0), session.end(False, 0), session.finish()]).decode()
-    rows = [json.loads(line) for line in out.splitlines() if '"kind":"incident"' in line]
+    rows = [json.loads(line) for line in out.splitlines() if '"kind":"problem"' in line]
     assert [row["phase"] for row in rows if row["id"] == 1] == ["opened", "ended", "final"]
-    assert next(row for row in rows if row["phase"] == "final")["status"] == "over"
+    assert next(row for row in rows if row["phase"] == "final")["status"] == "ended"
 
 
 @pytest.mark.parametrize("size", [1, 7, 100])

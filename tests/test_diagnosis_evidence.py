@@ -44,7 +44,7 @@ def reset(controller: bool, under_way_ms: float | None) -> list[Line]:
 @pytest.mark.parametrize("controller", [True, False])
 def test_the_controller_is_not_among_the_nodes_that_were_reset(controller: bool, under_way_ms: float | None) -> None:
     found = diagnosed(log(reset(controller, under_way_ms)))
-    (one,) = [one for one in found.incidents if one["incident"] == "commanded-reset"]
+    (one,) = [one for one in found.incidents if one["problem"] == "commanded-reset"]
     assert one["subject"]["nodes"] == [5, 6] and one["status"] == "harmless", one["message"]
 
 
@@ -102,7 +102,7 @@ def test_clearing_a_mapping_makes_nothing_good(count: int, said: str) -> None:
 def test_only_who_was_never_heard_is_absent(before: bool, kind: str) -> None:
     asked: list[Line] = [(3.0 + number, "605#4000100000000000") for number in range(3)]
     lines = [*beats(6, 0, 8), *(beats(5, 0, 2) if before else []), *asked]
-    kinds = {one["incident"] for one in diagnosed(log(lines)).incidents if one["subject"].get("node") == 5}
+    kinds = {one["problem"] for one in diagnosed(log(lines)).incidents if one["subject"].get("node") == 5}
     assert kind in kinds and ("node-absent" in kinds) == (kind == "node-absent"), kinds
 
 
@@ -136,16 +136,16 @@ FITS, DIFFERS = "in the capture and fits the delay", "in the capture but does no
 
 @pytest.mark.parametrize(("delay", "said"), [(0.45, FITS), (0.71, FITS), (0.15, DIFFERS), (2.5, DIFFERS)])
 def test_a_known_limit_is_compared_with_the_delay(delay: float, said: str) -> None:
-    (one,) = [one for one in diagnosed(loss(delay)).incidents if one["incident"] == "heartbeat-consumer-error"]
+    (one,) = [one for one in diagnosed(loss(delay)).incidents if one["problem"] == "heartbeat-consumer-error"]
     told = " ".join(tell["text"] for tell in one["apart"])
     assert said in told and {FITS: DIFFERS, DIFFERS: FITS}[said] not in told, one
 
 
 def test_without_stamps_no_cause_stands_after_its_effect() -> None:
     found = diagnosed(loss(0.71, stamps=False)).incidents
-    (one,) = [one for one in found if one["incident"] == "heartbeat-consumer-error"]
+    (one,) = [one for one in found if one["problem"] == "heartbeat-consumer-error"]
     by_id = {other["id"]: other for other in found}
-    cause = one["cause"] and by_id[one["cause"]["incident"]]
+    cause = one["cause"] and by_id[one["cause"]["problem"]]
     assert cause is None or cause["frame"] <= one["frame"], cause
 
 
@@ -180,5 +180,5 @@ def spread(bursts: int) -> bytes:
 def test_the_bit_rate_is_bounded_by_the_shortest_gaps(bursts: int, given: int | None, loaded: bool) -> None:
     network = _core.Network(bitrate=given) if given else None
     output = session_output([spread(bursts)], output_format="diagnosis", lang="en", network=network)
-    kinds = [json.loads(line).get("incident") for line in output.splitlines()]
+    kinds = [json.loads(line).get("problem") for line in output.splitlines()]
     assert ("overload" in kinds) == loaded

@@ -118,7 +118,7 @@ def test_the_page_is_written_though_nobody_reads_the_text(form: str, tmp_path: P
     reader, writer = os.pipe()
     os.close(reader)
     with os.fdopen(writer, "wb") as gone:
-        line = command("lost.log", "--html", "page.html", "--format", form, "--fail-on", "stands")
+        line = command("lost.log", "--html", "page.html", "--format", form, "--fail-on", "open")
         done = subprocess.run(line, cwd=tmp_path, env=environment(), stdout=gone, stderr=subprocess.PIPE, check=False)
     assert (done.returncode, done.stderr) == (1, b"")
     assert not Parsed((tmp_path / "page.html").read_text()).open
@@ -167,7 +167,7 @@ def test_the_axis_shows_where_something_happened() -> None:
     one = told()["en"]
     start = int(float(one.incidents[0]["begin"]["t"]))
     far = {"begin": f"{start - 5000}", "end": f"{start + 5000}"}
-    over = [{**each, "end": each["noticed"], "status": "over"} for each in one.incidents]
+    over = [{**each, "end": each["noticed"], "status": "ended"} for each in one.incidents]
     axis = axis_of(over, far)
     assert axis is not None and axis.end_ns - axis.begin_ns < 60_000_000_000
     assert 2 <= len(list(axis.ticks())) <= 12
@@ -203,7 +203,7 @@ def test_frames_need_a_page(canalyze: Runner, tmp_path: Path) -> None:
 
 def test_what_stands_is_told_in_full_where_there_is_no_room_for_all() -> None:
     text = page(told(1000), "a.log", "en").decode()
-    first, last = (text.split(f'<article id="story-{number}"')[1].split("</article>")[0] for number in (1, 1000))
+    first, last = (text.split(f'<article id="problem-{number}"')[1].split("</article>")[0] for number in (1, 1000))
     assert 'class="steps"' in first and 'class="checks"' in first
     assert 'class="steps"' not in last and "<h3>" in last
 
@@ -285,7 +285,7 @@ def test_in_a_browser(tmp_path: Path, count: int) -> None:
             for place in {0, 1, count - 1}:
                 links.nth(place).click()
                 assert view.locator(".story.open").count() == 1
-                assert view.locator(f"#story-{place + 1}").is_visible()
+                assert view.locator(f"#problem-{place + 1}").is_visible()
             assert view.locator(".story.open h3 [lang=zh]").first.is_visible()
             view.click("#language")
             assert view.locator(".story.open h3 [lang=en]").first.is_visible()

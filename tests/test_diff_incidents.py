@@ -34,7 +34,7 @@ def beats(gaps: tuple[range, ...] = (), *, count: int = 80, more: tuple[CanFrame
 
 def told(said: Compared) -> list[tuple[str, int | None, list[str], bool, bool]]:
     return [
-        (row["incident"], row["node"], row["differs"], row["a"] is not None, row["b"] is not None)
+        (row["problem"], row["node"], row["differs"], row["a"] is not None, row["b"] is not None)
         for row in said.incidents
     ]
 
@@ -51,8 +51,8 @@ BRIEFLY, LONGER = (emcy(beat, "0000000000000000") for beat in (26, 40))
 def test_a_problem_of_one_capture_only() -> None:
     said = compared(log_text(WELL), log_text(LOST))
     assert told(said) == [("node-silent", 5, [], False, True)]
-    assert said.closing["incidents"] == 1 and not said.closing["same"]
-    assert said.incidents[0]["b"]["status"] == "stands"
+    assert said.closing["problems"] == 1 and not said.closing["same"]
+    assert said.incidents[0]["b"]["status"] == "open"
     assert LOST[said.incidents[0]["b"]["frame"] - 1].can_id == 0x705
     assert told(compared(log_text(LOST), log_text(WELL))) == [("node-silent", 5, [], True, False)]
     assert said.text.startswith("differing problems: 1\n  only in B:\n    node 5: ")
@@ -70,7 +70,7 @@ def test_how_it_stands_and_how_long_it_lasted() -> None:
 
     said = compared(log_text(BACK), log_text(LOST))
     assert told(said) == [("node-silent", 5, ["status"], True, True)]
-    assert "in both but different:" in said.text and "status A resolved, B not resolved" in said.text
+    assert "in both but different:" in said.text and "status A ended, B open" in said.text
     assert told(compared(errors(BRIEFLY), errors(LONGER))) == [("device-error", 5, ["duration"], True, True)]
     both = compared(errors(BRIEFLY), errors(LONGER)).incidents[0]
     assert (both["a"]["duration_ns"], both["b"]["duration_ns"]) == (600_000_000, 2_000_000_000)
@@ -128,7 +128,7 @@ def test_it_is_a_difference_in_both_languages(canalyze: Runner, tmp_path: Path) 
         done = canalyze("diff", "--lang", lang, "a.log", "b.log")
         assert done.code == 1 and done.lines[0] == words
     rows = [json.loads(line) for line in canalyze("diff", "--format", "jsonl", "a.log", "b.log").lines]
-    assert rows[0]["kind"] == "incident_difference" and rows[-1]["incidents"] == 1
+    assert rows[0]["kind"] == "problem_difference" and rows[-1]["problems"] == 1
     filtered = canalyze("diff", "--filter", "node=6", "a.log", "b.log")
     assert filtered.code == 0, "behind a filter problems are not compared"
 
@@ -140,8 +140,8 @@ RULES = ["HBT002", "GRD005", "EMC008", "DRV005", "SDO002"]
 def test_samples_of_rules_against_their_neighbours(code: str, canalyze: Runner) -> None:
     pair = [str(SAMPLES / "rules" / f"{code}{suffix}.log") for suffix in ("", ".clean")]
     rows: list[Row] = [json.loads(line) for line in canalyze("diff", "--format", "jsonl", *pair).lines]
-    assert rows[0]["kind"] == "incident_difference" and rows[0]["b"] is None
+    assert rows[0]["kind"] == "problem_difference" and rows[0]["b"] is None
     other = [json.loads(line) for line in canalyze("diff", "--format", "jsonl", *pair[::-1]).lines]
-    assert [row["b"]["text"] for row in other if row["kind"] == "incident_difference"] == [
-        row["a"]["text"] for row in rows if row["kind"] == "incident_difference"
+    assert [row["b"]["text"] for row in other if row["kind"] == "problem_difference"] == [
+        row["a"]["text"] for row in rows if row["kind"] == "problem_difference"
     ]

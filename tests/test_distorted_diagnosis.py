@@ -31,11 +31,11 @@ def problems(text: bytes, form: str = "log") -> list[Row]:
     """Returns the problems of a capture that are not harmless."""
     output = session_output([text], name=f"capture.{form}", output_format="diagnosis", lang="en")
     rows: list[Row] = [json.loads(line) for line in output.decode().splitlines()]
-    return [row for row in rows if row["kind"] == "incident" and row["status"] != "harmless"]
+    return [row for row in rows if row["kind"] == "problem" and row["status"] != "harmless"]
 
 
 def key(problem: Row) -> tuple[str, object]:
-    return problem["incident"], problem["subject"].get("node")
+    return problem["problem"], problem["subject"].get("node")
 
 
 @cache
@@ -52,7 +52,7 @@ def alarms(name: str, distortion: Distortion) -> Iterator[str]:
             reported = bool(codes) and all(code.startswith(REPORTED + (distortion.allowed or ())) for code in codes)
             node = problem["subject"].get("node")
             if key(problem) not in own_problems(name) and not reported and not (node in raised and "EMC007" in codes):
-                yield f"{where}: {problem['incident']} {problem['status']}: {problem['message']}"
+                yield f"{where}: {problem['problem']} {problem['status']}: {problem['message']}"
 
 
 def failing() -> dict[str, list[str]]:

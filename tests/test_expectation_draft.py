@@ -257,18 +257,18 @@ def test_buses_stand_where_there_are_several(tmp_path: Path) -> None:
 
 def test_problems_that_were_seen_may_occur_and_no_others(tmp_path: Path) -> None:
     row: Row = {
-        "kind": "incident",
-        "incident": "node-silent",
+        "kind": "problem",
+        "problem": "node-silent",
         "subject": {"bus": "vcan0", "node": 5},
-        "status": "over",
+        "status": "ended",
         "root": True,
         "begin": {"frame": 39, "t": None},
         "message": "node 5: silent",
     }
-    harmless, effect = row | {"status": "harmless", "incident": "capture-gap"}, row | {"root": False, "subject": {}}
-    bus = row | {"incident": "bus-off", "subject": {"bus": "vcan0", "nodes": []}}
+    harmless, effect = row | {"status": "harmless", "problem": "capture-gap"}, row | {"root": False, "subject": {}}
+    bus = row | {"problem": "bus-off", "subject": {"bus": "vcan0", "nodes": []}}
     text, found = drafted(tmp_path, CAPTURE, row, row, harmless, effect, bus)
-    assert [(e["kind"], e["node"], e["occurs"]) for e in found["incident"]] == [
+    assert [(e["kind"], e["node"], e["occurs"]) for e in found["problem"]] == [
         ("node-silent", 5, [0, None]),
         ("bus-off", None, [0, None]),
         (None, None, [0, 0]),
@@ -287,7 +287,7 @@ def test_what_a_capture_names_cannot_leave_its_comment(tmp_path: Path) -> None:
     draft.take(CAPTURE)
     draft.take(write("1017", 0, 1000, name="x\n[[load]]\nmax_percent = 1", text="\r\n[[load]]" + "y" * 200))
     text = draft.text(Words("en"), "a\nb\u2028.log")
-    assert set(tomllib.loads(text)) == {"sdo", "emcy", "incident"}
+    assert set(tomllib.loads(text)) == {"sdo", "emcy", "problem"}
     assert max(map(len, text.splitlines())) < 120
 
 

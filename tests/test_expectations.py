@@ -139,12 +139,12 @@ MEANT: list[tuple[str, str, dict[str, Any]]] = [
         {"bus": None, "node": 5, "code": [0x8100, 0xFF00], "occurs": "may"},
     ),
     ("emcy", 'occurs = "must"\ncode = "8130"', {"bus": None, "node": None, "code": [0x8130, 0xFFFF], "occurs": "must"}),
-    ("incident", "occurs = 0", INCIDENT | {"occurs": [0, 0]}),
-    ("incident", 'kind = "node-silent"\nnode = 5\noccurs = 2', INCIDENT | SILENT | {"node": 5, "occurs": [2, 2]}),
-    ("incident", 'kind = "node-*"\noccurs = "1-3"', INCIDENT | {"kind": "node-*", "occurs": [1, 3]}),
-    ("incident", 'kind = "node-silent"\noccurs = "1 - "', INCIDENT | SILENT | {"occurs": [1, None]}),
-    ("incident", "ends_within_s = 0.5", INCIDENT | {"ends_within_ns": 500_000_000}),
-    ("incident", 'kind = "node-silent"\ncause = "bus-???"', INCIDENT | SILENT | {"cause": "bus-???"}),
+    ("problem", "occurs = 0", INCIDENT | {"occurs": [0, 0]}),
+    ("problem", 'kind = "node-silent"\nnode = 5\noccurs = 2', INCIDENT | SILENT | {"node": 5, "occurs": [2, 2]}),
+    ("problem", 'kind = "node-*"\noccurs = "1-3"', INCIDENT | {"kind": "node-*", "occurs": [1, 3]}),
+    ("problem", 'kind = "node-silent"\noccurs = "1 - "', INCIDENT | SILENT | {"occurs": [1, None]}),
+    ("problem", "ends_within_s = 0.5", INCIDENT | {"ends_within_ns": 500_000_000}),
+    ("problem", 'kind = "node-silent"\ncause = "bus-???"', INCIDENT | SILENT | {"cause": "bus-???"}),
     ("latency", 'of = "sdo"\nmax_ms = 20', LATENCY),
     (
         "latency",
@@ -298,28 +298,28 @@ MISTAKES: list[tuple[str, int | None, str]] = [
     ('[[emcy]]\noccurs = "sometimes"\n', 2, '"sometimes" is not one of "must", "may", "never"'),
     ('[[emcy]]\noccurs = "may"\ncode = "8x30"\n', 3, "the last ones may be x"),
     ('[[emcy]]\noccurs = "may"\ncode = 0x8130\n', 3, 'such as "8130" or "81xx"'),
-    ("[[incident]]\nnode = 5\n", 1, "[[incident]] needs one of these keys: occurs, ends_within_s, cause"),
-    ("[[incident]]\noccurs = -1\n", 2, "-1 is neither a count, 0 to 1000000, nor a range in quotes"),
-    ("[[incident]]\noccurs = true\n", 2, "true is neither a count"),
-    ("[[incident]]\noccurs = 1.5\n", 2, "1.5 is neither a count"),
-    ('[[incident]]\noccurs = "3-1"\n', 2, '"3-1" is neither a count'),
-    ('[[incident]]\noccurs = "never"\n', 2, '"never" is neither a count'),
-    ('[[incident]]\noccurs = "1-9999999"\n', 2, '"1-9999999" is neither a count'),
-    ('[[incident]]\nkind = "Node"\noccurs = 1\n', 2, '"Node" is not a kind of problem in quotes'),
-    ("[[incident]]\nkind = 5\noccurs = 1\n", 2, "5 is not a kind of problem in quotes"),
+    ("[[problem]]\nnode = 5\n", 1, "[[problem]] needs one of these keys: occurs, ends_within_s, cause"),
+    ("[[problem]]\noccurs = -1\n", 2, "-1 is neither a count, 0 to 1000000, nor a range in quotes"),
+    ("[[problem]]\noccurs = true\n", 2, "true is neither a count"),
+    ("[[problem]]\noccurs = 1.5\n", 2, "1.5 is neither a count"),
+    ('[[problem]]\noccurs = "3-1"\n', 2, '"3-1" is neither a count'),
+    ('[[problem]]\noccurs = "never"\n', 2, '"never" is neither a count'),
+    ('[[problem]]\noccurs = "1-9999999"\n', 2, '"1-9999999" is neither a count'),
+    ('[[problem]]\nkind = "Node"\noccurs = 1\n', 2, '"Node" is not a kind of problem in quotes'),
+    ("[[problem]]\nkind = 5\noccurs = 1\n", 2, "5 is not a kind of problem in quotes"),
     (
-        '[[incident]]\noccurs = 1\nkind = "node-silence"\n',
+        '[[problem]]\noccurs = 1\nkind = "node-silence"\n',
         3,
         'no kind of problem "node-silence"; closest: node-silent',
     ),
-    ('[[incident]]\nkind = "q*"\noccurs = 1\ncause = "zzz*"\n', 4, 'no kind of problem "zzz*"'),
-    ("[[incident]]\nends_within_s = 0\n", 2, "0 is not a number above 0 and up to 1000000000"),
+    ('[[problem]]\nkind = "q*"\noccurs = 1\ncause = "zzz*"\n', 4, 'no kind of problem "zzz*"'),
+    ("[[problem]]\nends_within_s = 0\n", 2, "0 is not a number above 0 and up to 1000000000"),
     (
-        "[[incident]]\noccurs = 0\nends_within_s = 1\n",
+        "[[problem]]\noccurs = 0\nends_within_s = 1\n",
         3,
-        "keys incident.ends_within_s and occurs = 0 cannot be used together",
+        "keys problem.ends_within_s and occurs = 0 cannot be used together",
     ),
-    ("[[incident]]\nkinds = 1\noccurs = 0\n", 2, "unknown key incident.kinds (did you mean kind?)"),
+    ("[[problem]]\nkinds = 1\noccurs = 0\n", 2, "unknown key problem.kinds (did you mean kind?)"),
     ("[[latency]]\nmax_ms = 1\n", 1, "missing key latency.of"),
     ('[[latency]]\nof = "sdo"\n', 1, "[[latency]] needs one of these keys: max_ms, max_us"),
     ('[[latency]]\nof = "pdo"\nmax_ms = 1\n', 2, '"pdo" is not one of "sdo", "sync", "nmt"'),
@@ -364,7 +364,7 @@ def test_every_kind_of_mistake_is_tried(tmp_path: Path) -> None:
     assert said >= {f"config.{sentence}" for keys in SCHEMA.values() for sentence, _ in keys.values()}
     assert said >= {
         f"expect.{name}"
-        for name in ("exclusive", "lacks_one", "goes_with", "only_true", "below_min", "no_incident", "no_incident_near")
+        for name in ("exclusive", "lacks_one", "goes_with", "only_true", "below_min", "no_problem", "no_problem_near")
     }
 
 

@@ -31,7 +31,7 @@ CODES = {
     "182": ("COB-ID 182h", "node 2"),
     "70Ah": ("COB-ID 70Ah", "node 10"),
     "000": ("COB-ID 000h", "NMT"),
-    "node-silent": ("node-silent", "impact A", "usual cause", "resolved when", "HBT002", "CiA 301 7.2.8.3.2.2"),
+    "node-silent": ("node-silent", "impact A", "usual cause", "ended when", "HBT002", "CiA 301 7.2.8.3.2.2"),
     "rpdo-timeout": ("impact A", "140xh:05"),
     "inhibit-time": ("PDO004", "impact C", "100 µs"),
     "heartbeat consumer time": ("1016h", "usual mistakes", "CiA 301 7.2.8.3.2.2, 7.5.2.19"),

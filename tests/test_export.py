@@ -169,8 +169,8 @@ def test_other_tables_are_those_of_json(tmp_path: Path) -> None:
         assert [capture["errors"], capture["warnings"], capture["infos"]] == counts
         assert micros(capture["t"]) == stamp(said.frames[0]["t"])
         lines = run_canalyze(["diagnose", "--lang", "en", "--format", "jsonl", SAMPLES / name]).splitlines()
-        incidents = [row for row in map(json.loads, lines) if row["kind"] == "incident"]
-        assert {row["id"] for row in rows(out, "incidents")} == {row["id"] for row in incidents}
+        incidents = [row for row in map(json.loads, lines) if row["kind"] == "problem"]
+        assert {row["id"] for row in rows(out, "problems")} == {row["id"] for row in incidents}
 
 
 def test_spark_takes_it(lake: Path, tmp_path: Path) -> None:

@@ -30,12 +30,12 @@ def told(text: bytes) -> Told:
     """Status, kind and headline of each problem."""
     output = session_output([text], name="capture.log", output_format="diagnosis", lang="en")
     rows = [json.loads(line) for line in output.splitlines()]
-    return [(row["status"], row["incident"], row["message"]) for row in rows if row["kind"] == "incident"]
+    return [(row["status"], row["problem"], row["message"]) for row in rows if row["kind"] == "problem"]
 
 
 @pytest.mark.parametrize(
     ("answer", "status", "words"),
-    [("70B#00", "harmless", "before it booted at 3 s"), ("70B#7F", "over", "first heard at 3 s")],
+    [("70B#00", "harmless", "before it booted at 3 s"), ("70B#7F", "ended", "first heard at 3 s")],
 )
 def test_a_node_that_comes_later_was_not_lost(answer: str, status: str, words: str) -> None:
     lines = [(0.0, f"60B#{READ}"), (1.0, f"60B#{GIVEN_UP}"), (3.0, answer)]
@@ -46,7 +46,7 @@ def test_a_node_that_comes_later_was_not_lost(answer: str, status: str, words: s
 
 
 @pytest.mark.parametrize(
-    ("again", "status"), [([(2.1, f"609#{READ}"), (2.101, f"589#{DEVICE_TYPE}")], "over"), ([], "stands")]
+    ("again", "status"), [([(2.1, f"609#{READ}"), (2.101, f"589#{DEVICE_TYPE}")], "ended"), ([], "open")]
 )
 def test_a_request_has_its_answer_once_it_is_repeated(again: list[Line], status: str) -> None:
     lines = [(0.0, "709#00"), (0.1, f"609#{READ}"), (2.0, f"609#{GIVEN_UP}"), *again, *beats(9, 0x7F, 3, 9)]
@@ -58,7 +58,7 @@ def test_a_late_answer_is_an_answer(late: float) -> None:
     lines = [(0.0, f"602#{READ}"), (0.001, f"582#{DEVICE_TYPE}"), (1.0, f"602#{READ}"), (2.0, f"602#{GIVEN_UP}")]
     lines += [(2 + late, f"582#{DEVICE_TYPE}"), (3.0, f"602#{READ}"), (3.1, f"582#{DEVICE_TYPE}")]
     [(stands, kind, message)] = told(log(lines))
-    assert (stands, kind) == ("over", "late-answer")
+    assert (stands, kind) == ("ended", "late-answer")
     assert f"answered after {1 + late:g} s" in message and "given up after 1 s" in message
 
 
@@ -82,7 +82,7 @@ def test_who_resets_the_others_goes_on(first: int, managed: bool) -> None:
     ]
     if managed:
         lines += [(1.6, f"{0x600 + first:03X}#{READ}"), (1.601, f"{0x580 + first:03X}#{DEVICE_TYPE}")]
-    assert any(status == "stands" for status, _, _ in told(log(lines))) == managed
+    assert any(status == "open" for status, _, _ in told(log(lines))) == managed
 
 
 @pytest.mark.parametrize("started", [False, True])
@@ -99,8 +99,8 @@ def test_a_cause_is_open_as_long_as_what_follows_from_it(started: bool) -> None:
     if started:
         lines += [(8.0, "085#0000000000000000"), (8.1, "000#0105"), *beats(5, 5, 8.6, 16, 1)]
     stands = {kind: status for status, kind, _ in told(log(lines))}
-    assert ("stands" in stands.values()) != started
-    assert started or stands["commanded-reset"] == "stands"
+    assert ("open" in stands.values()) != started
+    assert started or stands["commanded-reset"] == "open"
 
 
 @pytest.mark.parametrize("started", [False, True])
@@ -134,7 +134,7 @@ def test_a_slower_heartbeat_is_told_at_every_magnitude(factor: float, written: b
     if factor in (1.2, 1.5) and not written:  # twice as slow, and back, looks like two nodes
         back = beats(5, 5, begin + 20, begin + 40)
         found = told(log([*lines, *slow, *back, *beats(3, 5, 0, begin + 40)]))
-        assert {status for status, _, _ in found} <= {"over"}
+        assert {status for status, _, _ in found} <= {"ended"}
 
 
 @pytest.mark.parametrize("canopen", [False, True])
@@ -152,7 +152,7 @@ def test_a_fault_whose_error_is_gone(cleared: bool) -> None:
     if cleared:
         lines += [(1.1, "607#2B40600080000000"), (1.101, "587#6040600000000000"), (1.2, "087#0000000000000000")]
     found = told(log([*lines, *beats(7, 5, 2, 9)]))
-    assert {status == "stands" for status, _, _ in found} == {not cleared}
+    assert {status == "open" for status, _, _ in found} == {not cleared}
 
 
 def test_a_span_is_never_negative() -> None:

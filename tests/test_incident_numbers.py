@@ -35,7 +35,7 @@ def test_numbers_count_in_the_order_of_reading(path: Path) -> None:
         assert all(by_id[effect]["cause"]["id"] == one["id"] < effect for effect in one["effects"])
         assert one["cause"] is None or one["id"] in by_id[one["cause"]["id"]]["effects"]
         assert "parts" not in one, "nobody was told of those"
-    assert {node["incident"] for node in found.whole["nodes"]} <= {None, *by_id}
+    assert {node["problem"] for node in found.whole["nodes"]} <= {None, *by_id}
 
 
 @pytest.mark.parametrize("path", FEW, ids=lambda path: path.stem)
@@ -61,7 +61,7 @@ def test_a_finding_stands_at_one_frame(path: Path) -> None:
     cited = {
         (entry["code"], entry["frame"], entry["about_frame"])
         for one in rows("diagnosis")
-        if one["kind"] == "incident"
+        if one["kind"] == "problem"
         for entry in one["findings"]
     }
     # Of many of one kind `check` shows the first, and counts the others.

@@ -128,9 +128,9 @@ DIFF = {
         *("a_near", "b_near"),
     },
     "side": {"bus", "frame", "line", "t", "last_frame", "text", "value"},
-    "incident_difference": {"kind", "incident", "bus", "node", "differs", "a", "b"},
-    "incident": {"bus", "id", "frame", "t", "end_frame", "status", "duration_ns", "count", "cause", "text"},
-    "diff": {"kind", "same", "incidents", "differences", "more", "rigid", "times", "placed", "a", "b"},
+    "problem_difference": {"kind", "problem", "bus", "node", "differs", "a", "b"},
+    "problem": {"bus", "id", "frame", "t", "end_frame", "status", "duration_ns", "count", "cause", "text"},
+    "diff": {"kind", "same", "problems", "incidents", "differences", "more", "rigid", "times", "placed", "a", "b"},
     "capture": {"file", "frames", "first_frame", "last_frame", "outside", "full"},
 }
 """Of `diff`: a difference and what each capture has of it; the end and what is said of each capture."""
@@ -262,10 +262,10 @@ def test_diff_has_its_keys(canalyze: Runner, tmp_path: Path) -> None:
     pair = (str(SAMPLES / "rules" / name) for name in ("HBT002.log", "HBT002.clean.log"))
     lost = json.loads(canalyze("diff", "--format", "jsonl", *pair).lines[0])
     assert found and set(closing) == DIFF["diff"]
-    assert {row["kind"] for row in (lost, *found)} == {"incident_difference", "difference"}
+    assert {row["kind"] for row in (lost, *found)} == {"problem_difference", "difference"}
     for row in (lost, *found):
         assert set(row) == DIFF[row["kind"]]
-        side_keys = DIFF["side" if row["kind"] == "difference" else "incident"]
+        side_keys = DIFF["side" if row["kind"] == "difference" else "problem"]
         assert all(set(row[side]) == side_keys for side in "ab" if row[side])
     assert all(set(closing[side]) == DIFF["capture"] for side in "ab")
     documented = (SOURCE / "diff.rs").read_text()

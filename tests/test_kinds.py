@@ -39,7 +39,7 @@ def found(kind: str, *, faulty: bool, lang: str = "en") -> Diagnosed:
 def every(said: Diagnosed) -> str:
     """All incidents in one line each, for messages."""
     return "\n".join(
-        f"{one['incident']} {one['status']} #{one['begin']['frame']} {one['subject']} {one['message']}"
+        f"{one['problem']} {one['status']} #{one['begin']['frame']} {one['subject']} {one['message']}"
         for one in said.incidents
     )
 
@@ -58,7 +58,7 @@ def test_there_is_a_sample_of_each_kind() -> None:
 @pytest.mark.parametrize("kind", CASES)
 def test_a_kind_is_told_of_its_sample(kind: str) -> None:
     sample, said = TABLE[kind], found(kind, faulty=True)
-    told = [one for one in said.incidents if one["incident"] == kind]
+    told = [one for one in said.incidents if one["problem"] == kind]
     assert [one["status"] for one in told] == [sample.status], every(said)
     (one,) = told
     assert concerns(one["subject"], sample.node), one["subject"]
@@ -69,7 +69,7 @@ def test_a_kind_is_told_of_its_sample(kind: str) -> None:
 def test_a_clean_neighbour_has_no_incident(kind: str) -> None:
     said = found(kind, faulty=False)
     harmless = TABLE[kind].status == "harmless"
-    told = [one for one in said.incidents if harmless and one["incident"] == kind]
+    told = [one for one in said.incidents if harmless and one["problem"] == kind]
     wrong = [*told, *(one for one in said.incidents if one["status"] in ABOVE_HARMLESS)]
     assert not wrong, every(said)
 
@@ -77,7 +77,7 @@ def test_a_clean_neighbour_has_no_incident(kind: str) -> None:
 @pytest.mark.parametrize("lang", ["zh", "en"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_kind_has_words_in_both_languages(kind: str, lang: str) -> None:
-    said = [one for one in found(kind, faulty=True, lang=lang).incidents if one["incident"] == kind]
+    said = [one for one in found(kind, faulty=True, lang=lang).incidents if one["problem"] == kind]
     explained = _core.explain(kind, lang)
     assert explained is not None and kind in explained
     for text in [explained, *(one["message"] for one in said)]:
@@ -100,7 +100,7 @@ def test_all_kinds_are_explained(canalyze: Runner, lang: str) -> None:
 def test_a_kind_is_told_as_it_stands(case: Further) -> None:
     frames = case.make()
     said = diagnosed(log_text(frames))
-    told = [one for one in said.incidents if one["incident"] == case.kind]
+    told = [one for one in said.incidents if one["problem"] == case.kind]
     assert [one["status"] for one in told] == list(case.statuses), every(said)
     assert not case.unsaid or all(case.unsaid not in one["message"] for one in told), every(said)
     assert case.end is None or told[-1]["end"]["frame"] == find(frames, *case.end) + 1, told[-1]["end"]

@@ -26,7 +26,7 @@ def problems(frames: Frames) -> list[Problem]:
     """Kind and status of each root above harmless."""
     said = diagnosed(log_text(frames))
     roots = [one for one in said.incidents if not one["cause"] and one["status"] in ABOVE_HARMLESS]
-    return [(one["incident"], one["status"]) for one in roots]
+    return [(one["problem"], one["status"]) for one in roots]
 
 
 def two_nodes(seconds: float = LONG) -> Network:
@@ -45,12 +45,12 @@ def slower(factor: float, until: float = 30, since: float = 4) -> Frames:
 
 @pytest.mark.parametrize("factor", [1.5, 2, 3, 4, 6, 8])
 def test_slower_heartbeats_are_open(factor: float) -> None:
-    assert problems(slower(factor)) == [("heartbeat-irregular", "stands")]
+    assert problems(slower(factor)) == [("heartbeat-irregular", "open")]
 
 
 @pytest.mark.parametrize("since", [6, 12, 16, 17])
 def test_slower_heartbeats_are_open_wherever_they_begin(since: float) -> None:
-    assert problems(slower(3, since=since)) == [("heartbeat-irregular", "stands")]
+    assert problems(slower(3, since=since)) == [("heartbeat-irregular", "open")]
 
 
 @pytest.mark.parametrize("period", [0.1, 0.5, 1.0, 1.5])
@@ -58,14 +58,14 @@ def test_a_heartbeat_that_stops_is_open_though_other_frames_come(period: float) 
     net = beats(two_nodes(), {NODE: 5})
     count = round(LONG / period)
     net.cyclic(0x180 + NODE, period=period, payloads=[bytes([at % 256, 0]) for at in range(count)])
-    assert problems(net.frames()) == [("heartbeat-stopped", "stands")]
+    assert problems(net.frames()) == [("heartbeat-stopped", "open")]
 
 
 @pytest.mark.parametrize("shift", [0.06, 0.14])
 def test_a_second_heartbeat_stream_is_another_device(shift: float) -> None:
     net = beats(two_nodes(), {NODE: LONG})
     net.wait(shift).live(NODE, period=PERIOD, seconds=LONG - shift, states=((0, 5),))
-    assert problems(net.frames()) == [("duplicate-node-id", "stands")]
+    assert problems(net.frames()) == [("duplicate-node-id", "open")]
 
 
 @pytest.mark.parametrize("uneven", [0.005, 0.02])
@@ -88,7 +88,7 @@ def sync(factor: float, until: float = 30) -> Frames:
 
 
 @pytest.mark.parametrize("factor", [1.5, 2, 3])
-@pytest.mark.parametrize(("until", "status"), [(30, "stands"), (7, "over")])
+@pytest.mark.parametrize(("until", "status"), [(30, "open"), (7, "ended")])
 def test_a_period_of_sync_that_stays_changed_is_open(factor: float, until: float, status: str) -> None:
     assert problems(sync(factor, until)) == [("sync-irregular", status)]
 
@@ -103,7 +103,7 @@ def test_a_gap_of_a_synchronous_pdo_is_a_problem(lasts: float, *, back: bool) ->
         net.send(0x080, after=cycle * 0.01)
         if cycle not in missing:
             net.send(0x180 + NODE, b"\x37\x02", after=cycle * 0.01 + 0.0005)
-    assert problems(net.frames()) == [("pdo-missing", "over" if back else "stands")]
+    assert problems(net.frames()) == [("pdo-missing", "ended" if back else "open")]
 
 
 def answers(first: bytes, second: bytes, asked: int = 0x600 + NODE) -> Frames:
@@ -117,7 +117,7 @@ def answers(first: bytes, second: bytes, asked: int = 0x600 + NODE) -> Frames:
 
 
 def test_two_identities_are_two_devices() -> None:
-    assert problems(answers(b"\1\2\3\4", b"\1\2\3\5")) == [("duplicate-node-id", "stands")]
+    assert problems(answers(b"\1\2\3\4", b"\1\2\3\5")) == [("duplicate-node-id", "open")]
 
 
 @pytest.mark.parametrize("times", [1, 2, 3])
@@ -144,7 +144,7 @@ def guarded(answered: int) -> Frames:
 
 
 def test_a_pdo_is_no_answer_to_guarding() -> None:
-    assert problems(guarded(20)) == [("guarding-unanswered", "stands")]
+    assert problems(guarded(20)) == [("guarding-unanswered", "open")]
     assert problems(guarded(40)) == []
 
 
@@ -160,7 +160,7 @@ def test_a_steady_pdo_that_is_not_sent_any_more(lasting: float) -> None:
     net = beats(two_nodes(), {NODE: LONG})
     count = round((LONG - 0.5 - lasting) / 0.05)
     net.cyclic(0x180 + NODE, period=0.05, payloads=[bytes([at // 4 % 256, 0]) for at in range(count)])
-    assert problems(net.frames()) == ([("pdo-missing", "stands")] if lasting > 0.5 else [])
+    assert problems(net.frames()) == ([("pdo-missing", "open")] if lasting > 0.5 else [])
 
 
 def test_a_frame_has_its_own_line_first_behind_a_step_of_the_clock() -> None:
@@ -177,7 +177,7 @@ ENDS: list[Callable[[], Frames]] = [lambda: slower(3, until=12), lambda: sync(2,
 
 @pytest.mark.parametrize("make", ENDS)
 def test_what_has_ended_is_not_open(make: Callable[[], Frames]) -> None:
-    assert [status for _, status in problems(make())] == ["over"]
+    assert [status for _, status in problems(make())] == ["ended"]
 
 
 def test_the_followers_are_known() -> None:
@@ -192,7 +192,7 @@ def test_a_length_that_returns_has_ended(odd: int) -> None:
     net = beats(two_nodes(), {NODE: LONG})
     for at in range(230):
         net.send(0x180 + NODE, bytes(6 if at < 100 or at >= 100 + odd else 4), after=at * 0.05)
-    assert problems(net.frames()) in ([("pdo-length", "over")], [])
+    assert problems(net.frames()) in ([("pdo-length", "ended")], [])
 
 
 @pytest.mark.parametrize("index", [0x1800, 0x1A00])
@@ -235,7 +235,7 @@ def test_a_download_that_failed_is_open_until_its_object_is_written(again: str) 
     elif again:
         net.write(NODE, 0x2100, 1 if again == "same" else 2, 7, 4)
     (problem,) = problems(net.frames())
-    assert problem == ("request-unanswered", "over" if again == "same" else "stands")
+    assert problem == ("request-unanswered", "ended" if again == "same" else "open")
 
 
 @pytest.mark.parametrize("then", [0x0F, 0x06, 0x00])
@@ -248,10 +248,10 @@ def test_a_drive_that_dropped_out_is_out_until_it_is_enabled_again(then: int, ba
     if back:
         for controlword, statusword in ((6, READY), (7, ON), (15, ENABLED)):
             cycles(net, controlword, statusword, POSITION, count=4)
-    assert problems(net.frames()) == [("state-left", "over" if back else "stands")]
+    assert problems(net.frames()) == [("state-left", "ended" if back else "open")]
 
 
-@pytest.mark.parametrize(("seconds", "expected"), [(3, []), (8, [("not-enabled", "stands")])])
+@pytest.mark.parametrize(("seconds", "expected"), [(3, []), (8, [("not-enabled", "open")])])
 def test_a_drive_that_is_told_enable_operation_at_once(seconds: int, expected: list[Problem]) -> None:
     """With voltage, but without the steps before: it stays disabled."""
     assert problems(cycles(drive(), 15, DISABLED, POSITION, count=seconds * 10).frames()) == expected

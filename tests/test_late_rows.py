@@ -97,5 +97,5 @@ def test_the_diagnosis_shows_stamps_of_the_capture() -> None:
         listed = of_two_clocks(session, apart_us, merged=True)
         rows = session_output([log_text(listed)], output_format="diagnosis", lang="en").decode().splitlines()
         stamps = {f"{frame.t_us / 1e6:.6f}" for frame in listed}
-        shown = [row["begin"]["t"] for row in map(json.loads, rows) if row["kind"] == "incident"]
+        shown = [row["begin"]["t"] for row in map(json.loads, rows) if row["kind"] == "problem"]
         assert shown and stamps.issuperset(shown)

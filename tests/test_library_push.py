@@ -49,16 +49,16 @@ def of_capture(capture: canalyze.Capture) -> tuple[list[Any], list[Any], list[An
     return (
         list(map(same, capture.events)),
         list(map(same, capture.findings)),
-        unnumbered(capture.incidents),
-        [same_root(one) for one in capture.incidents.roots],
+        unnumbered(capture.problems),
+        [same_root(one) for one in capture.problems.roots],
     )
 
 
-def same_root(one: canalyze.Incident) -> tuple[str, Any, Any]:
+def same_root(one: canalyze.Problem) -> tuple[str, Any, Any]:
     return one.kind, one.node, one.begin
 
 
-def unnumbered(incidents: Iterable[canalyze.Incident]) -> list[Any]:
+def unnumbered(incidents: Iterable[canalyze.Problem]) -> list[Any]:
     """Give them in one order and without numbers: a listener has those of the order in which they were reported."""
     alike = [replace(one, id=0, effects=(), cause=one.cause and replace(one.cause, id=0)) for one in incidents]
     return sorted(alike, key=lambda one: (one.begin.frame, one.kind, one.nodes))
@@ -69,10 +69,10 @@ def of_listener(given: list[can.Message]) -> tuple[list[Any], list[Any], list[An
     for message in given:
         listener(message)
     listener.stop()
-    events = [one for one in listener if not isinstance(one, canalyze.IncidentChange)]
+    events = [one for one in listener if not isinstance(one, canalyze.ProblemChange)]
     findings = [one for one in events if isinstance(one, canalyze.Finding)]
-    roots = [same_root(one) for one in listener.incidents.roots]
-    return list(map(same, events)), list(map(same, findings)), unnumbered(listener.incidents), roots
+    roots = [same_root(one) for one in listener.problems.roots]
+    return list(map(same, events)), list(map(same, findings)), unnumbered(listener.problems), roots
 
 
 @pytest.mark.parametrize("path", STORIES, ids=lambda path: path.stem)

@@ -19,7 +19,7 @@ DRIVE = SAMPLES.parent / "eds/drive.eds"
 NETWORK = SAMPLES / "network/sync-and-pdos.log"
 ABORTS = SAMPLES / "sdo-abort.log"
 LIBRARY: Any = canalyze
-LISTS = ["frames", "transfers", "findings", "signals", "incidents"]
+LISTS = ["frames", "transfers", "findings", "signals", "problems"]
 
 
 @pytest.fixture(scope="module")
@@ -63,10 +63,10 @@ def test_a_list_has_the_columns_of_the_table(path: Path, name: str) -> None:
         "transfers": {"raw", "first_line", "last_line"},
         "findings": set[str](),
         "signals": {"line", "data"},
-        "incidents": {"depth", "subject", "cycle", "end_cycle", "delay_ns", "checks", "facts"},
+        "problems": {"depth", "subject", "cycle", "end_cycle", "delay_ns", "checks", "facts"},
     }[name]
     assert set(table.column_names) - set(rows.column_names) == left_out
-    order = "id" if name == "incidents" else None
+    order = "id" if name == "problems" else None
     for column in set(rows.column_names) - ({"facts"} if name == "findings" else set()):
         mine, theirs = rows[column].to_pylist(), table.column(column)
         if order:

@@ -342,13 +342,13 @@ TEXTS = {"text", "message", "state_text", "meaning", "cause", "title", "reason",
 NETWORKS = sorted((SAMPLES / "network").glob("*.log"))
 CAPTURES = [*sorted(SAMPLES.glob("*.log")), *NETWORKS, *sorted((SAMPLES / "stories").glob("*.log"))[:4]]
 MACHINE = (
-    ["decode", "--format", "jsonl", "--incidents"],
+    ["decode", "--format", "jsonl", "--problems"],
     ["sdo", "--format", "jsonl"],
     ["sdo", "--format", "csv"],
     ["signals", "--format", "jsonl"],
     ["signals", "--format", "csv"],
     ["summary", "--format", "jsonl", "--bitrate", "500k"],
-    ["check", "--format", "jsonl", "--incidents", "stands"],
+    ["check", "--format", "jsonl", "--problems", "open"],
     ["diagnose", "--format", "jsonl"],
     ["info", "--format", "jsonl"],
 )

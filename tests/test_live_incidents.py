@@ -32,7 +32,7 @@ OTHERWISE = {"s20-recorder-stall", "CAP007", "HBT005", "CAP002", "CAP008"}
 """Captures in which that is told otherwise live. Who listens knows that nothing came, and says so at once; a file may
 have been written by a recorder that stood still, which only what comes after the silence shows. Where frames were
 dropped, live has a frame before it, a file has not; and only a text has lines that were left out."""
-LINE = re.compile(r"# (✖|↳|✔) (?:problem |resolved |问题|已恢复 ?)(\d+): (.+)")
+LINE = re.compile(r"# (✖|↳|✔) (?:problem |ended |问题|已恢复 ?)(\d+): (.+)")
 
 
 def ended_as(rows: list[Row]) -> list[tuple[object, ...]]:
@@ -43,7 +43,7 @@ def ended_as(rows: list[Row]) -> list[tuple[object, ...]]:
 
     def said(one: Row) -> tuple[object, ...]:
         return (
-            *(one["incident"], json.dumps(one["subject"]), one["begin"]["frame"], one["end"] and one["end"]["frame"]),
+            *(one["problem"], json.dumps(one["subject"]), one["begin"]["frame"], one["end"] and one["end"]["frame"]),
             *(one["status"], one["grade"], one["message"]),
         )
 
@@ -59,7 +59,7 @@ def ended_as(rows: list[Row]) -> list[tuple[object, ...]]:
 def told_live(path: Path, **how: object) -> list[Row]:
     """The lines about problems."""
     out = live_output(path.read_bytes(), network=described_beside(path), **how)  # type: ignore[arg-type]
-    return [row for row in map(json.loads, out.splitlines()) if row["kind"] == "incident"]
+    return [row for row in map(json.loads, out.splitlines()) if row["kind"] == "problem"]
 
 
 def final(rows: list[Row]) -> list[Row]:
@@ -72,7 +72,7 @@ def test_the_stories_are_those_of_the_file(path: Path) -> None:
     file = diagnosed(path.read_bytes(), described_beside(path)).incidents
     assert ended_as(live) == ended_as(file)
     silences = [
-        sorted((one["incident"], one["begin"]["frame"]) for one in some if one["incident"] in SILENCES)
+        sorted((one["problem"], one["begin"]["frame"]) for one in some if one["problem"] in SILENCES)
         for some in (live, file)
     ]
     assert (silences[0] != silences[1]) == (path.stem in OTHERWISE)
@@ -113,7 +113,7 @@ def test_each_problem_is_opened_then_linked_or_over_and_final_once(path: Path) -
             assert finals[number]["status"] == "harmless"
             continue
         last = [phase for phase in told if phase in ("opened", "ended")][-1]
-        assert (last == "ended") == (finals[number]["status"] == "over")
+        assert (last == "ended") == (finals[number]["status"] == "ended")
         cause = finals[number]["cause"] and finals[number]["cause"]["id"]
         assert parts.get(causes[number] or 0, causes[number]) == cause, "the cause that was told last is the final one"
 
@@ -175,9 +175,9 @@ def test_a_problem_that_comes_again_and_again_is_told_once() -> None:
         if beat in range(20, 100, 4):
             lines += [(at + 0.002, "085#1023020000000000"), (at + 0.302, "085#0000000000000000")]
     text = "".join(f"({at:.6f}) can0 {frame}\n" for at, frame in sorted(lines)).encode()
-    rows = [row for row in map(json.loads, live_output(text).splitlines()) if row["kind"] == "incident"]
+    rows = [row for row in map(json.loads, live_output(text).splitlines()) if row["kind"] == "problem"]
     assert [row["phase"] for row in rows] == ["opened", "ended", "opened", "ended", "opened", "final"]
-    assert (rows[-1]["repeats"]["count"], rows[-1]["status"]) == (20, "stands")
+    assert (rows[-1]["repeats"]["count"], rows[-1]["status"]) == (20, "open")
 
 
 @pytest.mark.parametrize(
@@ -196,9 +196,9 @@ def test_a_drive_in_fault_when_first_seen_is_told_once_that_lasts(in_fault: int,
     frames = net.frames()
     text = log_text(frames)
     rows = list(map(json.loads, live_output(text).splitlines()))
-    told = [row for row in rows if row["kind"] == "incident"]
+    told = [row for row in rows if row["kind"] == "problem"]
     assert [row["phase"] for row in told] == phases
-    assert {row["incident"] for row in told} <= {"axis-fault"}
+    assert {row["problem"] for row in told} <= {"axis-fault"}
     if told:
         first = next(frame for frame in frames if frame.can_id == 0x185)
         before = [row for row in rows[: rows.index(told[0])] if row["kind"] == "frame"]
@@ -210,14 +210,14 @@ def test_a_drive_in_fault_when_first_seen_is_told_once_that_lasts(in_fault: int,
 
 @pytest.mark.parametrize("path", [PROBLEMS], ids=lambda path: path.stem)
 def test_what_a_process_that_listens_has_told_is_what_its_recording_says(path: Path, tmp_path: Path) -> None:
-    wanted = Counter(one["incident"] for one in diagnosed(path.read_bytes()).incidents)
+    wanted = Counter(one["problem"] for one in diagnosed(path.read_bytes()).incidents)
     for _ in range(ATTEMPTS):
         done = sniffed(str(path), "bus", "--format", "jsonl", "--record", "bus.log", "--force", cwd=tmp_path)
-        rows = [row for row in map(json.loads, done.lines) if row["kind"] == "incident"]
+        rows = [row for row in map(json.loads, done.lines) if row["kind"] == "problem"]
         recorded = diagnosed((tmp_path / "bus.log").read_bytes()).incidents
-        if Counter(row["incident"] for row in final(rows)) == wanted:
+        if Counter(row["problem"] for row in final(rows)) == wanted:
             break  # else the machine stalled, and nodes were late by that
     assert done.code == 0
     assert ended_as(final(rows)) == ended_as(recorded)
-    assert Counter(row["incident"] for row in recorded) == wanted
+    assert Counter(row["problem"] for row in recorded) == wanted
     assert Counter(row["phase"] for row in rows)["opened"] == 3

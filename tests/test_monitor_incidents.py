@@ -50,7 +50,7 @@ def of_row(one: Row) -> tuple[object, ...]:
 def of_record(one: Row) -> tuple[object, ...]:
     end, cause = one["end"] or {}, one["cause"] or {}
     return (
-        *(one["id"], one["incident"], one["status"], one["begin"]["frame"], end.get("frame"), cause.get("id")),
+        *(one["id"], one["problem"], one["status"], one["begin"]["frame"], end.get("frame"), cause.get("id")),
         one["message"],
     )
 
@@ -61,11 +61,11 @@ def test_at_the_end_it_is_what_diagnose_says(path: Path) -> None:
     session.end()
     session.finish()
     snapshot, found = shown(session), diagnosed(path.read_bytes())
-    assert sorted(map(of_row, snapshot["incidents"])) == sorted(map(of_record, found.incidents))
-    assert [one["id"] for one in snapshot["incidents"] if not one["depth"]] == found.whole["order"]
-    assert not any(one["provisional"] for one in snapshot["incidents"])
+    assert sorted(map(of_row, snapshot["problems"])) == sorted(map(of_record, found.incidents))
+    assert [one["id"] for one in snapshot["problems"] if not one["depth"]] == found.whole["order"]
+    assert not any(one["provisional"] for one in snapshot["problems"])
     above: list[int] = []
-    for one in snapshot["incidents"]:
+    for one in snapshot["problems"]:
         del above[one["depth"] :]
         assert one["cause"] == (above[-1] if above else None), "each stands below its cause"
         above.append(one["id"])
@@ -76,12 +76,12 @@ def test_on_the_way_it_is_what_diagnose_says_of_what_there_is(count: int) -> Non
     lines = PROBLEMS.read_bytes().splitlines(keepends=True)[:count]
     snapshot, found = shown(session_of(lines)), diagnosed(b"".join(lines))
     told = {of_record(one) for one in found.incidents}
-    assert {of_row(one) for one in snapshot["incidents"]} == told, "and nothing that only the end brings"
+    assert {of_row(one) for one in snapshot["problems"]} == told, "and nothing that only the end brings"
 
 
 def test_what_may_change_is_marked() -> None:
     def marks(count: int) -> dict[int, bool]:
-        return {one["id"]: one["provisional"] for one in so_far(count)["incidents"]}
+        return {one["id"]: one["provisional"] for one in so_far(count)["problems"]}
 
     assert marks(REPORTED) == {1: True, 2: True, 3: True, 4: False}, "2 may be taken back at once"
     assert marks(REPORTED + 5) == {1: True, 2: False, 3: False, 4: False}, "for 1 a cause may be found yet, 2 has one"
@@ -92,15 +92,15 @@ def test_a_number_that_was_shown_stays() -> None:
     session, numbers = session_of(lines[:1]), dict[tuple[str, int], int]()
     for line in lines[1:]:
         session.feed(line)
-        for one in shown(session)["incidents"]:
+        for one in shown(session)["problems"]:
             assert numbers.setdefault((one["kind"], one["frame"]), one["id"]) == one["id"]
     assert sorted(numbers.values()) == [1, 2, 3, 4], "and none is left out"
-    whole = {(one["kind"], one["frame"]): one["id"] for one in so_far(len(lines))["incidents"]}
+    whole = {(one["kind"], one["frame"]): one["id"] for one in so_far(len(lines))["problems"]}
     assert whole.keys() == numbers.keys() and whole != numbers, "who looks at the end reads them in order"
 
 
 def test_nodes_have_the_word_of_their_problem() -> None:
-    words = {node["node"]: node["incident"] and node["incident"]["word"] for node in so_far(174)["nodes"]}
+    words = {node["node"]: node["problem"] and node["problem"]["word"] for node in so_far(174)["nodes"]}
     reported = "heartbeat consumer reports a loss"
     assert words == {3: None, 4: reported, 5: None, 9: "node silent"}
 
@@ -138,7 +138,7 @@ def test_harmless_ones_are_one_row_until_asked_for(lang: str, words: tuple[str, 
     async def act(app: Monitor, pilot: Any) -> None:
         async def states() -> list[str]:
             await settle(app, pilot)
-            return ["".join(piece for piece, _ in row.cells[1]) for row in app.grids["incidents"].rows]
+            return ["".join(piece for piece, _ in row.cells[1]) for row in app.grids["problems"].rows]
 
         await pilot.press("7")
         stands, over, harmless = words
@@ -147,7 +147,7 @@ def test_harmless_ones_are_one_row_until_asked_for(lang: str, words: tuple[str, 
         assert await states() == [stands, stands, over, "", harmless]
         await pilot.press("enter")
         assert await states() == [stands, stands, over, ""]
-        assert app.grids["incidents"].has_focus
+        assert app.grids["problems"].has_focus
 
     on_screen(replayed(PROBLEMS, lang), lang, (80, 24), act)
 
@@ -204,8 +204,8 @@ def rings(snapshots: list[Any], *, bell: bool) -> list[int]:
 
 def test_the_bell_rings_once_for_each_new_problem_that_stops_something() -> None:
     degraded, both = so_far(120), so_far(174)
-    lost = both | {"incidents": [one for one in both["incidents"] if one["id"] != 2]}
-    assert [one["impact"] for one in degraded["incidents"]] == ["C", "E"]
+    lost = both | {"problems": [one for one in both["problems"] if one["id"] != 2]}
+    assert [one["impact"] for one in degraded["problems"]] == ["C", "E"]
     assert rings([so_far(1), degraded, lost, lost, both, both], bell=True) == [0, 0, 1, 1, 2, 2]
     assert rings([degraded, both], bell=True) == [0, 1], "two of one moment ring once"
     assert rings([lost, both], bell=False) == [0, 0]

@@ -18,7 +18,7 @@ SOURCE = Path(__file__).parent.parent / "canalyze/core/src/views/monitor"
 TRANSFER = {"transfer", "bus", "node", "direction", "mode", "index", "sub", "name", "size"}
 KEYS = {
     "": {"now_ns", "start_ns", "tally", "buses", "nodes", "objects", "objects_more", "transfers", "findings"}
-    | {"incidents", "incidents_more"},
+    | {"problems", "problems_more"},
     "buses": {
         *("name", "frames", "frames_per_s", "bits_per_s", "bit_rate", "load_percent", "error_frames", "dropped"),
         "state",
@@ -26,7 +26,7 @@ KEYS = {
     "nodes": {
         *("bus", "node", "name", "state", "state_text", "frames", "sent", "frames_per_s", "heartbeat_age_ns"),
         *("heartbeat_period_ns", "silent", "guarded", "emcy", "boot_ups", "drive", "findings"),
-        *("incident", "unknown"),
+        *("problem", "unknown"),
     },
     "objects": {
         *("bus", "id", "ext", "rtr", "service", "node", "name", "count", "last_ns", "period_ns", "jitter_ns", "rate"),
@@ -36,11 +36,11 @@ KEYS = {
     "done": TRANSFER | {"value", "text", "status", "abort", "first_frame", "last_frame", "t_ns", "duration_ns"},
     "findings": {"code", "severity", "frame", "t_ns", "bus", "node", "text", "count"},
     "emcy": {"code", "text", "t_ns", "active"},
-    "incidents": {
+    "problems": {
         *("id", "kind", "word", "status", "provisional", "impact", "grade", "bus", "node", "nodes", "frame", "t_ns"),
         *("noticed", "end_frame", "end_ns", "depth", "cause", "cause_grade", "delay_ns", "text", "checks", "count"),
     },
-    "incident": {"id", "word", "provisional"},
+    "problem": {"id", "word", "provisional"},
 }
 CAPTURES = sorted(
     path.relative_to(SAMPLES).as_posix()
@@ -198,9 +198,9 @@ def test_keys_are_those_that_are_documented() -> None:
         known = None if name == "emergency" else described_beside(SAMPLES / name)
         shown = json.loads(watched(part, name, "en", known, over=False).snapshot())
         assert set(shown) == KEYS[""] and set(shown["transfers"]) == {"running", "done"}
-        found = {key: shown[key] for key in ("buses", "nodes", "objects", "findings", "incidents")} | shown["transfers"]
+        found = {key: shown[key] for key in ("buses", "nodes", "objects", "findings", "problems")} | shown["transfers"]
         found["emcy"] = [node["emcy"] for node in shown["nodes"] if node["emcy"]]
-        found["incident"] = [node["incident"] for node in shown["nodes"] if node["incident"]]
+        found["problem"] = [node["problem"] for node in shown["nodes"] if node["problem"]]
         for kind, rows in found.items():
             seen[kind] += len(rows)
             assert all(set(row) == KEYS[kind] for row in rows), (name, kind)

@@ -20,7 +20,7 @@ REFUSED = 0x0609_0030
 def roots(frames: Frames) -> list[str]:
     """Kind of each root above harmless."""
     said = diagnosed(log_text(frames))
-    return [one["incident"] for one in said.incidents if not one["cause"] and one["status"] in ABOVE_HARMLESS]
+    return [one["problem"] for one in said.incidents if not one["cause"] and one["status"] in ABOVE_HARMLESS]
 
 
 @pytest.mark.parametrize(("times", "expected"), [(1, "node-restarted"), (2, "node-restarted"), (5, "restart-loop")])
@@ -60,8 +60,8 @@ def boots(*, refused: bool, running: bool) -> Frames:
 def test_a_master_that_starts_none_waits_for_the_node_that_refused() -> None:
     said = diagnosed(log_text(boots(refused=True, running=False)))
     root, *follow = (one for one in said.incidents if one["status"] in ABOVE_HARMLESS)
-    assert (root["incident"], root["cause"]) == ("mapping-refused", None)
-    assert {one["incident"] for one in follow} == {"not-started"}
+    assert (root["problem"], root["cause"]) == ("mapping-refused", None)
+    assert {one["problem"] for one in follow} == {"not-started"}
     assert all(one["cause"]["id"] == root["id"] for one in follow)
 
 
@@ -82,7 +82,7 @@ def test_two_nodes_of_one_segment_that_are_back(away: float, state: int, open_: 
         net.now -= 4 + away + number * 0.1
     said = diagnosed(log_text(net.frames()))
     (told,) = (one for one in said.incidents if not one["cause"] and one["status"] in ABOVE_HARMLESS)
-    assert (told["incident"], told["status"]) == ("segment-lost", "stands" if open_ else "over")
+    assert (told["problem"], told["status"]) == ("segment-lost", "open" if open_ else "ended")
     assert "then back" in told["message"]
     assert ("not all Operational" in told["message"]) == open_
 
@@ -164,8 +164,8 @@ def test_an_error_of_a_consumer_after_a_reset_and_after_a_loss(later: float) -> 
     net.wait(later + 0.5).emcy(consumer, 0x8130, 0x11)
     said = diagnosed(log_text(net.frames()))
     (root,) = (one for one in said.incidents if not one["cause"] and one["status"] in ABOVE_HARMLESS)
-    assert (root["incident"], root["subject"]["node"]) == ("node-silent", NODE)
-    assert "heartbeat-consumer-error" in [one["incident"] for one in said.incidents if one["cause"]]
+    assert (root["problem"], root["subject"]["node"]) == ("node-silent", NODE)
+    assert "heartbeat-consumer-error" in [one["problem"] for one in said.incidents if one["cause"]]
 
 
 def test_a_node_that_leaves_operational_stops_its_pdos() -> None:
@@ -194,7 +194,7 @@ def test_nodes_that_restart_at_the_same_time(spread: float) -> None:
         beats(net, {node: 11.8 - number * spread})
     said = diagnosed(log_text(net.frames()))
     (told,) = (one for one in said.incidents if not one["cause"] and one["status"] in ABOVE_HARMLESS)
-    assert (told["incident"], told["status"]) == ("node-restarted", "over")
+    assert (told["problem"], told["status"]) == ("node-restarted", "ended")
     assert set(told["subject"]["nodes"]) == set(nodes)
 
 
@@ -214,7 +214,7 @@ def test_the_last_report_of_a_node_is_no_consequence_of_its_silence() -> None:
     net.wait(4.05).emcy(NODE, 0x8130, 0x11, bytes([0, 8, 0, 0, 0]))
     said = diagnosed(log_text(net.frames()))
     causes = {one["id"]: one["subject"].get("node") for one in said.incidents}
-    (report,) = (one for one in said.incidents if one["incident"] == "heartbeat-consumer-error")
+    (report,) = (one for one in said.incidents if one["problem"] == "heartbeat-consumer-error")
     assert causes[report["cause"]["id"]] == 8
 
 

@@ -124,14 +124,14 @@ def test_other_part(canalyze_open):
     assert len(capture.frames) == 61
 
 def test_standing(canalyze_open):
-    assert not canalyze_open("caps/lost.log").incidents.standing
+    assert not canalyze_open("caps/lost.log").problems.open
 
 def test_one(canalyze_open):
-    (one,) = canalyze_open("caps/lost.log").incidents
+    (one,) = canalyze_open("caps/lost.log").problems
     assert one.status == "over"
 
 def test_list(canalyze_open):
-    assert canalyze_open("caps/lost.log").incidents == []
+    assert canalyze_open("caps/lost.log").problems == []
 
 def test_well(canalyze_open):
     capture = canalyze_open("caps/sync-and-pdos.log")
@@ -153,7 +153,7 @@ def test_failures_tell_the_story(tests: pytest.Pytester) -> None:
     for name in ("test_other_part", "test_standing", "test_one", "test_list"):
         assert parts[name].count(f"1  {title}") == 1 and "check first: " in parts[name], name
     assert "1 found, 0 expected" in parts["test_list"]
-    assert f"  node-silent stands, frame 39: {title}" in parts["test_list"]
+    assert f"  node-silent open, frame 39: {title}" in parts["test_list"]
     assert "canalyze:" not in parts["test_well"]
     tests.makeini("[pytest]\ncanalyze_lang = zh\n")
     said = run(tests, TROUBLE, "-k", "other_part").stdout.str()

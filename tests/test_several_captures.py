@@ -149,6 +149,10 @@ def test_a_fleet_is_counted_by_kind_and_node(canalyze: Runner, captures: Path, t
         (("check", "--incidents", "stands", "captures/lost.log"), ("check", "--problems", "open", "captures/lost.log")),
         (("check", "--incidents=never", "captures/lost.log"), ("check", "--problems=never", "captures/lost.log")),
         (("decode", "--incidents", "captures/lost.log"), ("decode", "--problems", "captures/lost.log")),
+        (
+            ("export", "--table", "incidents", "captures/lost.log", "-o", "a.csv", "--force"),
+            ("export", "--table=problems", "captures/lost.log", "-o", "a.csv", "--force"),
+        ),
     ],
 )
 @pytest.mark.usefixtures("captures")

@@ -70,7 +70,7 @@ def gist(found: Diagnosed) -> list[str]:
     by_id = {one["id"]: one for one in found.incidents}
 
     def said(one: Row) -> list[object]:
-        return [one["incident"], one["subject"], one["status"], one["begin"]["frame"]]
+        return [one["problem"], one["subject"], one["status"], one["begin"]["frame"]]
 
     rows = (
         [*said(one), said(by_id[one["cause"]["id"]]) if one["cause"] else None]
@@ -86,7 +86,7 @@ def test_stamps_of_no_use_are_as_good_as_none(path: Path, how: str) -> None:
     found = told(path, how)
     assert gist(found) == gist(told(path, "none"))
     assert (found.whole["begin"], found.whole["end"]) == (None, None)
-    assert not TIMED & {one["incident"] for one in found.incidents}
+    assert not TIMED & {one["problem"] for one in found.incidents}
 
 
 @pytest.mark.parametrize("path", STORIES, ids=lambda path: path.stem)
@@ -128,8 +128,8 @@ def test_coarse_stamps_show_nothing_that_did_not_happen(path: Path, how: str, re
         request.applymarker(pytest.mark.xfail(strict=True, reason="see WRONG"))
 
     def timed(found: Diagnosed) -> set[tuple[str, str]]:
-        real = (one for one in found.incidents if one["status"] != "harmless" and one["incident"] in TIMED)
-        return {(one["incident"], json.dumps(one["subject"])) for one in real}
+        real = (one for one in found.incidents if one["status"] != "harmless" and one["problem"] in TIMED)
+        return {(one["problem"], json.dumps(one["subject"])) for one in real}
 
     assert timed(told(path, how)) <= timed(told(path, "as it was"))
 
@@ -144,7 +144,7 @@ def test_coarse_stamps_still_show_who_is_gone() -> None:
 
 
 def gone(found: Diagnosed) -> bool:
-    return any(one["incident"] == "node-silent" and one["status"] == "stands" for one in found.incidents)
+    return any(one["problem"] == "node-silent" and one["status"] == "open" for one in found.incidents)
 
 
 def lines(count: int, step_us: int, each: int) -> bytes:
@@ -161,7 +161,7 @@ def test_round_times_are_not_coarse_ones() -> None:
     text = lines(20, SECOND_US, 2)
     lost = b"".join(line for at, line in enumerate(text.splitlines(keepends=True)) if at < 20 or b" 702#" not in line)
     found = diagnosed(lost)
-    assert [one["incident"] for one in found.incidents] == ["node-silent"], "two frames a second say when they came"
+    assert [one["problem"] for one in found.incidents] == ["node-silent"], "two frames a second say when they came"
     assert found.whole["begin"] is not None
 
 

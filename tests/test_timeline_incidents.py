@@ -28,7 +28,7 @@ def lang(request: pytest.FixtureRequest) -> str:
 def test_each_problem_is_a_span_from_its_begin_to_its_end(path: Path, lang: str, tmp_path: Path) -> None:
     shown = Shown(tmp_path, path.read_bytes(), None, lang)
     spans: dict[str, list[int | None]] = {}
-    for entity in shown.under("/incidents/"):
+    for entity in shown.under("/problems/"):
         before = ""
         rows = shown.recording.rows(entity, "StateChange:state")
         shown.on_time(rows)
@@ -51,7 +51,7 @@ def test_each_problem_is_a_span_from_its_begin_to_its_end(path: Path, lang: str,
 
 def test_stories_say_what_diagnose_says_with_their_causes(lang: str, tmp_path: Path) -> None:
     shown = Shown(tmp_path, PROBLEMS.read_bytes(), None, lang)
-    text = str(shown.recording.static("/stories", "TextDocument:text")[0])
+    text = str(shown.recording.static("/diagnosis", "TextDocument:text")[0])
     plain = text.replace("\\", "")
     for one in diagnosed(PROBLEMS.read_bytes(), lang=lang).incidents:
         assert one["message"] in plain
@@ -63,11 +63,11 @@ def test_stories_say_what_diagnose_says_with_their_causes(lang: str, tmp_path: P
 
 def test_the_log_has_where_they_begin_and_end(lang: str, tmp_path: Path) -> None:
     shown = Shown(tmp_path, PROBLEMS.read_bytes(), None, lang)
-    rows = shown.recording.rows("/log/incidents", "TextLog:level")
+    rows = shown.recording.rows("/log/problems", "TextLog:level")
     told = [(row["frame"], *row["value"]) for row in rows]
     assert told == [(47, "INFO"), (53, "INFO"), (77, "WARN"), (90, "INFO"), (126, "ERROR"), (134, "ERROR")]
 
 
 def test_nothing_wrong_leaves_nothing(tmp_path: Path) -> None:
     shown = Shown(tmp_path, (SAMPLES / "string-5-bytes.log").read_bytes(), None, "en")
-    assert not shown.under("/incidents") and not shown.under("/stories") and not shown.contents.stories
+    assert not shown.under("/problems") and not shown.under("/diagnosis") and not shown.contents.stories

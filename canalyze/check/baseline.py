@@ -16,8 +16,8 @@ from canalyze.configuration import bounded
 from canalyze.configuration.bounded import short
 from canalyze.errors import ConfigError
 from canalyze.finding import Finding
-from canalyze.incident import Incident
 from canalyze.output import jsonl
+from canalyze.problem import Problem
 
 VERSION: Final = 1
 _HEAD: Final = "canalyze_baseline"
@@ -54,7 +54,7 @@ class Kind(NamedTuple):
         return (self.code, self.bus or "", self.node or 0, self.object or "")
 
 
-class Problem(NamedTuple):
+class ProblemKind(NamedTuple):
     """What problems have in common that are counted together."""
 
     kind: str
@@ -66,15 +66,15 @@ class Problem(NamedTuple):
     """1017:00, the object that it began with, where it is about one."""
 
     @classmethod
-    def of(cls, incident: Incident) -> "Problem":
-        """Give the kind of an incident."""
-        parts = [f"node {incident.node}"] if incident.node else []
-        if not parts and incident.nodes:
-            parts = [" ".join(["nodes", *map(str, incident.nodes)])[:_SUBJECT]]
-        parts += [f"axis {incident.axis}"] if incident.axis else []
-        parts += [incident.pdo] if incident.pdo else []
-        place = incident.facts.get("object")
-        return cls(incident.kind, incident.bus, " ".join(parts) or None, place if isinstance(place, str) else None)
+    def of(cls, problem: Problem) -> "ProblemKind":
+        """Give the kind of a problem."""
+        parts = [f"node {problem.node}"] if problem.node else []
+        if not parts and problem.nodes:
+            parts = [" ".join(["nodes", *map(str, problem.nodes)])[:_SUBJECT]]
+        parts += [f"axis {problem.axis}"] if problem.axis else []
+        parts += [problem.pdo] if problem.pdo else []
+        place = problem.facts.get("object")
+        return cls(problem.kind, problem.bus, " ".join(parts) or None, place if isinstance(place, str) else None)
 
     @property
     def order(self) -> tuple[str, str, int, str]:
@@ -82,19 +82,19 @@ class Problem(NamedTuple):
         return (self.kind, self.bus or "", 0, f"{self.subject or ''} {self.object or ''}")
 
 
-Baseline = Mapping[Kind | Problem, int]
+Baseline = Mapping[Kind | ProblemKind, int]
 """How many of each kind are known, at least one."""
 
 
 def text(known: Baseline) -> str:
     """Give the file."""
     lists = [f'"findings": {_list(known, Kind)}']
-    if any(isinstance(kind, Problem) for kind in known):
-        lists.append(f'"incidents": {_list(known, Problem)}')
+    if any(isinstance(kind, ProblemKind) for kind in known):
+        lists.append(f'"problems": {_list(known, ProblemKind)}')
     return f'{{"{_HEAD}": {VERSION}, {", ".join(lists)}}}\n'
 
 
-def _list(known: Baseline, form: type[Kind | Problem]) -> str:
+def _list(known: Baseline, form: type[Kind | ProblemKind]) -> str:
     """Give the entries of one form."""
     kinds = sorted((kind for kind in known if isinstance(kind, form)), key=lambda kind: kind.order)
     rows = [jsonl.text(kind._asdict() | {"count": known[kind]}) for kind in kinds]
@@ -102,7 +102,7 @@ def _list(known: Baseline, form: type[Kind | Problem]) -> str:
     return f"[\n{inner}\n]" if rows else "[]"
 
 
-def read(name: str) -> dict[Kind | Problem, int]:
+def read(name: str) -> dict[Kind | ProblemKind, int]:
     """Read the file; ConfigError, with its line, for what cannot be."""
     try:
         content = bounded.content(Path(name)).decode("utf-8-sig")
@@ -120,9 +120,9 @@ def read(name: str) -> dict[Kind | Problem, int]:
         raise ConfigError("baseline.none", file=name)
     if values[_HEAD] != VERSION:
         raise ConfigError("baseline.version", file=name, version=short(str(values[_HEAD])), own=VERSION)
-    if not isinstance(values.get("incidents", []), list):
+    if not all(isinstance(values.get(section, []), list) for section in _FORMS):
         raise ConfigError("baseline.none", file=name)
-    known: dict[Kind | Problem, int] = {}
+    known: dict[Kind | ProblemKind, int] = {}
     for section, form in _FORMS.items():
         for place, entry in enumerate(values.get(section, [])):
             wrong = _wrong(entry, form)
@@ -152,11 +152,15 @@ _ALLOWED: Final[Mapping[str, Callable[[Any], bool]]] = {
     "count": lambda value: type(value) is int and value >= 1,
 }
 """What a key of an entry may hold."""
-_FORMS: Final[Mapping[str, type[Kind | Problem]]] = {"findings": Kind, "incidents": Problem}
-"""The lists of the file, and what their entries are."""
+_FORMS: Final[Mapping[str, type[Kind | ProblemKind]]] = {
+    "findings": Kind,
+    "problems": ProblemKind,
+    "incidents": ProblemKind,
+}
+"""The lists of the file, and what their entries are; `incidents` is the former name of `problems`."""
 
 
-def _wrong(entry: Any, form: type[Kind | Problem]) -> str:
+def _wrong(entry: Any, form: type[Kind | ProblemKind]) -> str:
     """Give the key of an entry that cannot be, "" if all is well."""
     if not isinstance(entry, dict):
         return "{}"
@@ -194,9 +198,9 @@ def replaceable(name: str) -> bool:
     return not content or (content.startswith("{") and f'"{_HEAD}"' in content)
 
 
-def most(counts: Iterable[Mapping[Kind | Problem, int]]) -> dict[Kind | Problem, int]:
+def most(counts: Iterable[Mapping[Kind | ProblemKind, int]]) -> dict[Kind | ProblemKind, int]:
     """Give of each kind the most in any one capture."""
-    known: dict[Kind | Problem, int] = {}
+    known: dict[Kind | ProblemKind, int] = {}
     for one in counts:
         for kind, count in one.items():
             known[kind] = max(count, known.get(kind, 0))

@@ -19,7 +19,7 @@ from canalyze.configuration import network
 from canalyze.configuration.options import CaptureOptions, known_of, start_session
 from canalyze.errors import CanalyzeError
 from canalyze.finding import Finding
-from canalyze.incident import Incident, incident
+from canalyze.problem import Problem, problem
 from canalyze.running.run import Meter, Run
 from canalyze.words import Words
 
@@ -94,14 +94,14 @@ class _Kinds:
 
     def __init__(self) -> None:
         self._found: dict[tuple[Kind, str | None, int | None], tuple[list[Finding], int]] = {}
-        self.incidents: list[Incident] = []
+        self.incidents: list[Problem] = []
 
     def take(self, result: bytes) -> None:
         """Take JSON lines of the core."""
         for line in result.splitlines():
             row = json.loads(line)
-            if row["kind"] == "incident":
-                self.incidents.append(incident(row))
+            if row["kind"] == "problem":
+                self.incidents.append(problem(row))
             if row["kind"] != "finding":
                 continue
             finding = Finding.from_json(row)

@@ -13,10 +13,10 @@ from pathlib import PurePath
 from typing import Final, Literal, NamedTuple, get_args
 
 from canalyze.check import globs
-from canalyze.check.baseline import Baseline, Kind, Problem
+from canalyze.check.baseline import Baseline, Kind, ProblemKind
 from canalyze.check.verdict import Counted, Examined, Verdict
 from canalyze.finding import SEVERITIES, Severity
-from canalyze.incident import Incident
+from canalyze.problem import Problem
 
 Threshold = Severity | Literal["never"]
 THRESHOLDS: Final[tuple[Threshold, ...]] = (*reversed(SEVERITIES), "never")
@@ -25,8 +25,8 @@ Standing = Literal["open", "ended", "never"]
 STANDINGS: Final[tuple[Standing, ...]] = get_args(Standing)
 """Values of --problems: which problems fail; `never`: they are only told."""
 _FAILING: Final[dict[Standing, tuple[str, ...]]] = {
-    "open": ("stands",),
-    "ended": ("stands", "unknown", "over"),
+    "open": ("open",),
+    "ended": ("open", "unknown", "ended"),
     "never": (),
 }
 FORMER: Final[dict[str, Standing]] = {"stands": "open", "over": "ended", "never": "never"}
@@ -135,7 +135,7 @@ def judge(examined: Examined, policy: Policy, known: Baseline) -> Verdict:
     unlinked = [one for one in ruled if one.finding.because_of is not None]
     bad = failing(policy, examined.incidents)
     of_kind = problems(bad)
-    allowed_problems = {one.id: known[Problem.of(one)] for one in bad if Problem.of(one) in known}
+    allowed_problems = {one.id: known[ProblemKind.of(one)] for one in bad if ProblemKind.of(one) in known}
     failures, unlinked = _linked(failures, unlinked)
     others, unlinked = _linked(others, unlinked)
     return Verdict(
@@ -152,19 +152,19 @@ def judge(examined: Examined, policy: Policy, known: Baseline) -> Verdict:
         examined.expectations,
         examined.nature,
         examined.incidents,
-        tuple(one.id for one in bad if of_kind[Problem.of(one)] > allowed_problems.get(one.id, 0)),
+        tuple(one.id for one in bad if of_kind[ProblemKind.of(one)] > allowed_problems.get(one.id, 0)),
         allowed_problems,
     )
 
 
-def failing(policy: Policy, incidents: Iterable[Incident]) -> list[Incident]:
+def failing(policy: Policy, incidents: Iterable[Problem]) -> list[Problem]:
     """Give the problems that fail a check without a baseline: those that nothing else has caused, by their status."""
     return [one for one in incidents if one.is_root and one.status in _FAILING[policy.incidents or "never"]]
 
 
-def problems(incidents: Iterable[Incident]) -> Counter[Kind | Problem]:
+def problems(incidents: Iterable[Problem]) -> Counter[Kind | ProblemKind]:
     """Count what a baseline counts as one kind of problem."""
-    return Counter(Problem.of(one) for one in incidents)
+    return Counter(ProblemKind.of(one) for one in incidents)
 
 
 def _linked(causes: Sequence[Counted], consequences: Sequence[Counted]) -> tuple[list[Counted], list[Counted]]:
@@ -186,12 +186,12 @@ def _linked(causes: Sequence[Counted], consequences: Sequence[Counted]) -> tuple
     return with_theirs, [one for one in consequences if one.finding.because_of not in first]
 
 
-def counted(found: Iterable[Counted]) -> Counter[Kind | Problem]:
+def counted(found: Iterable[Counted]) -> Counter[Kind | ProblemKind]:
     """Count what a baseline counts as one kind: expectations move about in their file, so they are not told apart.
 
     Consequences are in no baseline, since they cannot fail.
     """
-    counts: Counter[Kind | Problem] = Counter()
+    counts: Counter[Kind | ProblemKind] = Counter()
     for one in found:
         if one.finding.because_of is None:
             counts[Kind.of(one.finding)] += one.count

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from canalyze.finding import Finding
-from canalyze.incident import Incident
+from canalyze.problem import Problem
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class Examined(NamedTuple):
     """The file of expectations that it was held against."""
     nature: str = "canopen"
     """What it has shown of its buses, as the core says it; `canopen` where one of them is."""
-    incidents: tuple[Incident, ...] = ()
+    incidents: tuple[Problem, ...] = ()
     """What went wrong, where that is asked for."""
     signal: int = 0
     """What ended the reading before its end: SIGINT or SIGTERM."""
@@ -82,7 +82,7 @@ class Verdict:
     nature: str = "canopen"
     """What it has shown of its buses: `silent`, `foreign`, `unproven`, or `canopen` where one of them is."""
 
-    incidents: tuple[Incident, ...] = ()
+    incidents: tuple[Problem, ...] = ()
     """What went wrong, where that was asked for."""
     problems: tuple[int, ...] = ()
     """The numbers of those that fail the check."""
@@ -95,7 +95,7 @@ class Verdict:
         return (*(c for one in (*self.failures, *self.others) for c in one.consequences), *self.consequences)
 
     @property
-    def stories(self) -> tuple[Incident, ...]:
+    def stories(self) -> tuple[Problem, ...]:
         """Give the incidents that nothing else has caused and that are more than harmless."""
         return tuple(one for one in self.incidents if one.is_root and one.status != "harmless")
 

@@ -137,7 +137,7 @@ def judging_options(words: Words) -> list[click.Parameter]:
         click.Option(["--baseline"], type=ANY_PATH, metavar="FILE", help=words("check.baseline")),
         click.Option(["--expect"], type=ANY_PATH, metavar="FILE", help=words("check.expect")),
         click.Option(["--no-expect"], is_flag=True, help=words("check.no_expect")),
-        click.Option(["--problems", "incidents"], type=OneOf(policy.STANDINGS, words), help=words("check.incidents")),
+        click.Option(["--problems", "incidents"], type=OneOf(policy.STANDINGS, words), help=words("check.by_problems")),
     ]
 
 
@@ -275,7 +275,9 @@ def _stale(held: policy.Policy, known: baseline.Baseline, examined: Sequence[Exa
     gone = sorted((kind for kind in judged if most.get(kind, 0) < known[kind]), key=lambda kind: kind.order)
     for kind in gone[:_STALE]:
         whose = (
-            kind.subject if isinstance(kind, baseline.Problem) else kind.node and words("check.node", node=kind.node)
+            kind.subject
+            if isinstance(kind, baseline.ProblemKind)
+            else kind.node and words("check.node", node=kind.node)
         )
         where = [kind.bus, whose, kind.object]
         shown = " ".join([kind[0], words("check.then").join(str(part) for part in where if part)]).rstrip()

@@ -78,7 +78,7 @@ def command(words: Words) -> click.Command:
             *listing_options(words),
             spelled(words, "--around", _around, "around", "N[:K]", "decode.around", multiple=True),
             spelled(words, "--frame", _span, "frame", "A-B", "decode.frame", multiple=True),
-            click.Option(["--problems", "incidents"], is_flag=True, help=words("decode.incidents")),
+            click.Option(["--problems", "incidents"], is_flag=True, help=words("decode.problems")),
             *capture_options(words),
         ],
     )

@@ -29,9 +29,9 @@ from canalyze.configuration.options import (
     spelled,
 )
 from canalyze.errors import ReaderGone, SourceError
-from canalyze.incident import KEYS
 from canalyze.output import FileOutput, Output, Progress, jsonl, open_output, told
 from canalyze.output.help import Command
+from canalyze.problem import KEYS
 from canalyze.reports import wording
 from canalyze.running.run import Run
 from canalyze.sources.file import STDIN, total_size
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from canalyze.reports.diagnosis_lanes import Beside
     from canalyze.reports.diagnosis_text import Chosen
 
-FAIL_ON: Final = {"open": ("stands",), "unknown": ("stands", "unknown"), "ended": ("stands", "unknown", "over")}
+FAIL_ON: Final = {"open": ("open",), "unknown": ("open", "unknown"), "ended": ("open", "unknown", "ended")}
 """What makes the command fail, by --fail-on."""
 AROUND: Final = 2
 """Frames that are shown before and behind a step of a story."""
@@ -57,7 +57,7 @@ def command(words: Words) -> click.Command:
     def run(
         files: tuple[str, ...],
         form: str,
-        story: int | None,
+        number: int | None,
         everything: bool,
         join: bool,
         since: float | None,
@@ -79,17 +79,17 @@ def command(words: Words) -> click.Command:
         if expression is not None:  # what goes wrong is no matter of single frames
             raise click.UsageError(words("diagnose.no_filter"), click.get_current_context())
         if html is not None and (STDIN in names or html == STDIN):
-            raise click.UsageError(words("diagnose.story_stdin", option="--html"), click.get_current_context())
+            raise click.UsageError(words("diagnose.reads_again", option="--html"), click.get_current_context())
         if frames is not None and html is None:
             raise click.UsageError(words("diagnose.frames_html"), click.get_current_context())
-        if story is not None and (STDIN in names or form != "text"):
-            key = "usage.text_only" if form != "text" else "diagnose.story_stdin"
+        if number is not None and (STDIN in names or form != "text"):
+            key = "usage.text_only" if form != "text" else "diagnose.reads_again"
             raise click.UsageError(words(key, option="-n"), click.get_current_context())
         chosen = diagnosis_text.Chosen(node, bus, since)
         with open_output(output, force=force, color=color) as out:
             found = [names] if join or given.get("merge") else _recordings(names, given, words, out)
             if len(found) > 1:
-                if story is not None or html is not None:
+                if number is not None or html is not None:
                     option = "-n" if html is None else "--html"
                     raise click.UsageError(
                         words("diagnose.one_recording", option=option, count=len(found)),
@@ -103,23 +103,23 @@ def command(words: Words) -> click.Command:
                 _there(chosen, incidents, whole, words)
             shown = _chosen(incidents, whole, chosen)
             numbers = [one["id"] for one in incidents]
-            if story is not None and story not in numbers:
-                key = "diagnose.no_story" if numbers else "diagnose.no_stories"
-                problem = words(key, number=story, numbers=wording.ranges(numbers, ", "))
+            if number is not None and number not in numbers:
+                key = "diagnose.no_problem" if numbers else "diagnose.no_problems"
+                problem = words(key, number=number, numbers=wording.ranges(numbers, ", "))
                 raise click.UsageError(problem, click.get_current_context())
             with suppress(ReaderGone):  # `| head` has seen enough: of the page and the exit code nobody has said so
                 if form == "jsonl":
                     _write_lines(shown, out)
                 elif whole is not None:
                     every, some = (diagnosis_text.of_buses(those, whole) for those in (incidents, shown))
-                    if story is None:
+                    if number is None:
                         named = tuple(name for name in names if name != STDIN)
                         diagnosis_text.show(some, whole, out, words, named, everything=everything, chosen=chosen)
                     else:
                         by_id = {one["id"]: one for one in every}
-                        near = _near(one for _, one in diagnosis_text.tree(by_id[story], by_id))
+                        near = _near(one for _, one in diagnosis_text.tree(by_id[number], by_id))
                         lines = _lines(names, near, given, stamps, words)
-                        diagnosis_text.tell(story, every, whole, lines, out, words, names)
+                        diagnosis_text.tell(number, every, whole, lines, out, words, names)
             if html is not None and whole is not None:
                 reading = _Reading(names, given, stamps, words)
                 _write_page(html, reading, incidents, whole, every=frames == "all", force=force)
@@ -133,7 +133,7 @@ def command(words: Words) -> click.Command:
         words,
         run,
         [
-            spelled(words, "-n story", positive, "positive", "N", "diagnose.story"),
+            spelled(words, "-n number", positive, "positive", "N", "diagnose.number"),
             click.Option(["--all", "everything"], is_flag=True, help=words("diagnose.all")),
             click.Option(["--join"], is_flag=True, help=words("diagnose.join")),
             spelled(words, "--since", moment, "moment", "S", "diagnose.since"),
@@ -195,7 +195,7 @@ def _diagnosed(reading: "_Reading", out: Output) -> tuple[int, list[dict[str, An
     code = Run(session, words, Progress(words, out, total_size(names)), results.append, given).over(names)
     records = _records(results, session)
     whole = next((one for one in records if one["kind"] == "diagnosis"), None)
-    incidents = [one for one in records if one["kind"] == "incident"]
+    incidents = [one for one in records if one["kind"] == "problem"]
     return code, incidents, None if code and not session.frames else whole
 
 
@@ -328,7 +328,7 @@ def _write_page(
         for lang in LANGUAGES:
             spoken = Words(lang)
             records, beside = _again(reading, spoken, incidents, whole)
-            found = [one for one in records if one["kind"] == "incident"]
+            found = [one for one in records if one["kind"] == "problem"]
             near = _near(found)
             lines = _lines(reading.names, None if every else near, reading.given, reading.stamps, spoken)
             close = {number: line for number, line in lines.items() if number in near}

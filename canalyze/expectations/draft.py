@@ -261,18 +261,18 @@ class Draft:
         yield from self._entry("emcy", {}, ("occurs", '"never"', ""))
 
     def _incidents(self) -> Iterator[str]:
-        yield from self._said("expect.incidents")
+        yield from self._said("expect.problems")
         seen: dict[tuple[Any, ...], Row] = {}
-        for row in self._of("incident"):
+        for row in self._of("problem"):
             subject = row["subject"]
             if row["root"] and row["status"] != "harmless":
-                seen.setdefault((subject["bus"], row["incident"], subject.get("node")), row)
+                seen.setdefault((subject["bus"], row["problem"], subject.get("node")), row)
         for (bus, kind, node), row in seen.items():
             said = self._words("expect.seen_at", frame=row["begin"]["frame"], message=row["message"])
             whose = [("node", str(node), "")] if node else []
             pairs = [("kind", _text(kind), said), *whose, ("occurs", '"0-"', "")]
-            yield from self._entry("incident", {"bus": bus}, *pairs)
-        yield from self._entry("incident", {}, ("occurs", "0", ""))
+            yield from self._entry("problem", {"bus": bus}, *pairs)
+        yield from self._entry("problem", {}, ("occurs", "0", ""))
 
     def _latencies(self) -> Iterator[str]:
         slowest: dict[Any, Row] = {}

@@ -18,7 +18,7 @@ TABLES: Final = {
     "objects": "objects",
     "transfers": "transfers",
     "findings": "findings",
-    "incidents": "incidents",
+    "problems": "problems",
     "states": "states",
     "emcy": "emcy",
     "sync_cycles": "sync_cycles",

@@ -10,6 +10,7 @@ from types import NoneType, UnionType
 from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 
 from canalyze.check.verdict import Counted, Verdict
+from canalyze.problem import status
 
 _FINDINGS: Final = ("failures", "others", "consequences")
 
@@ -28,7 +29,7 @@ def _bare(one: Counted) -> Counted:
 def verdict(stored: Any) -> Verdict:
     """Read one of ours; LookupError, TypeError or ValueError for what is none."""
     made: Verdict = _value(Verdict, stored)
-    return made
+    return replace(made, incidents=tuple(replace(one, status=status(one.status)) for one in made.incidents))
 
 
 def _value(kind: Any, value: Any) -> Any:

@@ -27,7 +27,7 @@ from canalyze.fleet import manifest, stored
 from canalyze.fleet.manifest import Manifest
 from canalyze.fleet.sources import Capture, content, fetched, stamp
 from canalyze.fleet.stores import place
-from canalyze.incident import KEYS
+from canalyze.problem import KEYS, current
 from canalyze.reports.diagnosis_text import Diagnosed
 from canalyze.running.pool import Tell
 from canalyze.sources.names import unpacked
@@ -161,8 +161,8 @@ def _diagnose(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
     whole = next((one for one in records if one["kind"] == "diagnosis"), None)
     if whole is None or done.session is None:
         return Result(done.error, 0, 0, None)
-    problems = [{key: one[key] for key in (*KEYS, "root")} for one in records if one["kind"] == "incident"]
-    findings = sum(one["root"] and one["status"] == "stands" for one in problems)
+    problems = [{key: one[key] for key in (*KEYS, "root")} for one in records if one["kind"] == "problem"]
+    findings = sum(one["root"] and one["status"] == "open" for one in problems)
     kept = {"nature": done.session.nature, "order": whole["order"], "problems": problems}
     return Result(done.error, done.session.frames, findings, kept)
 
@@ -232,7 +232,7 @@ def problems_of(done: Manifest) -> Diagnosed | None:
     """Return the problems of a capture; None if it could not be read."""
     if done.result is None:
         return None
-    return Diagnosed((done.capture,), done.result["problems"], done.result)
+    return Diagnosed((done.capture,), [dict(current(one)) for one in done.result["problems"]], done.result)
 
 
 def records_of(done: Manifest) -> list[Mapping[str, Any]]:

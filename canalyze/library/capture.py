@@ -16,17 +16,18 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Self, TypeVar, cast
 from weakref import WeakSet
 
 from canalyze.finding import SEVERITIES, Finding, Line, Severity
-from canalyze.incident import Incident, incident
 from canalyze.library import event
 from canalyze.library.columns import Table, html_table
 from canalyze.library.event import Event, Frame
-from canalyze.library.incident import Incidents
+from canalyze.library.former import renamed, table
 from canalyze.library.inputs import Input
 from canalyze.library.node import Nodes, node
 from canalyze.library.plan import Plan, shown_as
+from canalyze.library.problem import Problems
 from canalyze.library.rows import Events, Findings, Frames, Transfers, one_of
 from canalyze.library.series import Signals, signal
 from canalyze.library.stream import Silent
+from canalyze.problem import Problem, problem
 from canalyze.running.reading import Reading
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ class Capture:
         self._events: Events | None = None
         self._frames: Frames | None = None
         self._signals: Signals | None = None
-        self._incidents: Incidents | None = None
+        self._problems: Problems | None = None
         self._diagnosed: list[dict[str, Any]] = []
         self._lists: dict[str, Any] = {}
         self._checked: list[Finding] = []
@@ -88,7 +89,7 @@ class Capture:
 
     def _repr_html_(self) -> str:
         """Give what a notebook shows: its name, and how much of what was read is in it."""
-        read = {**self._lists, "signals": self._signals, "incidents": self._incidents, "events": self._events}
+        read = {**self._lists, "signals": self._signals, "problems": self._problems, "events": self._events}
         rows = [(name.removeprefix("summary_"), len(rows)) for name, rows in read.items() if rows is not None]
         return html_table(("read", "rows"), rows, self.name)
 
@@ -142,26 +143,30 @@ class Capture:
         return self._list("finding", Findings)
 
     @property
-    def incidents(self) -> Incidents:
-        """What went wrong, whether it still is, and why: `capture.incidents.roots`, `.standing`, `.of(node=5)`."""
-        if self._incidents is None:
+    def problems(self) -> Problems:
+        """What went wrong, whether it still is, and why: `capture.problems.roots`, `.open`, `.of(node=5)`."""
+        if self._problems is None:
             with closing(self._objects(self._plan.session("diagnosis"))) as rows:
                 records = list(rows)
-            self._diagnosed = [row for row in records if row["kind"] == "incident"]
+            self._diagnosed = [row for row in records if row["kind"] == "problem"]
             order = next((row["order"] for row in records if row["kind"] == "diagnosis"), ())
-            self._incidents = Incidents(map(incident, self._diagnosed), order)
-        return self._incidents
+            self._problems = Problems(map(problem, self._diagnosed), order)
+        return self._problems
 
-    def stories(self, incidents: Iterable[Incident] | None = None) -> list[str]:
-        """Give the lines of `canalyze diagnose` about some of `incidents`: what each is, what followed, what to check.
+    incidents = renamed("incidents", "problems")
 
-        None: the roots that stand, the most important first.
+    def diagnosis(self, problems: Iterable[Problem] | None = None) -> list[str]:
+        """Give the lines of `canalyze diagnose` about some of `problems`: what each is, what followed, what to check.
+
+        None: the open roots, the most important first.
         """
         from canalyze.reports.diagnosis_text import stories
 
-        asked = self.incidents.roots.standing if incidents is None else incidents
+        asked = self.problems.roots.open if problems is None else problems
         by_id = {row["id"]: row for row in self._diagnosed}
         return stories([by_id[one.id] for one in asked if one.id in by_id], self._diagnosed, self._plan.words)
+
+    stories = renamed("stories", "diagnosis")
 
     @property
     def nodes(self) -> Nodes:
@@ -214,16 +219,17 @@ class Capture:
         `pdo/can1/5.TPDO4/1`; 0: a synchronous PDO of which no mapping is known), wide (the same in units and words),
         objects (each value of an object, whatever carried it), od (each object of a node), listing (annotated lines),
         lanes (what each lane of a timeline shows), log (findings and emergencies), load (each 100 ms of a bus),
-        incidents (what went wrong); none: all of them. `canalyze.columns` lists their columns.
+        problems (what went wrong); none: all of them. `canalyze.columns` lists their columns.
         select: which signals, as --select. Times are `t_ns`, in nanoseconds. Nothing is kept but what is given.
         ValueError for another name.
         """
         from canalyze._core import TABLES
         from canalyze._core import Table as Core
 
-        for name in names:
+        asked = {table(name): name for name in names}
+        for name in asked:
             one_of("table", name, TABLES)
-        session = self._plan.session("columns", tables=names or TABLES, select=select)
+        session = self._plan.session("columns", tables=tuple(asked) or TABLES, select=select)
         batches: dict[str, list[Batch]] = {}
         with closing(self._results(session)) as results:
             for _ in results:
@@ -231,7 +237,7 @@ class Capture:
                     batches.setdefault(name, []).append(batch)
         for name, batch in session.batches():
             batches.setdefault(name, []).append(batch)
-        return {name: Table(Core(parts)) for name, parts in batches.items()}
+        return {asked.get(name, name): Table(Core(parts)) for name, parts in batches.items()}
 
     def check(self, expect: "StrPath | None" = None, *, at_least: Severity = "warning") -> Findings:
         """Give what `canalyze check` finds, as severe as that or worse; of expectations too, where they are given.
@@ -276,8 +282,8 @@ class Capture:
         return session, bytes(out)
 
     def gave(self, row: object) -> bool:
-        """Tell whether this finding, transfer, signal or incident is one of its lists that were read."""
-        read = (self._signals, self._events, self._incidents)
+        """Tell whether this finding, transfer, signal or problem is one of its lists that were read."""
+        read = (self._signals, self._events, self._problems)
         lists = [*(self._records or {}).values(), self._checked, *(rows for rows in read if rows is not None)]
         return any(row is one for rows in lists for one in rows)
 

@@ -10,6 +10,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from canalyze.errors import CanalyzeError
+from canalyze.library import former
 
 if TYPE_CHECKING:
     import pandas
@@ -51,7 +52,7 @@ _COLUMNS: Final[dict[str, str]] = {
     "log": "t_ns:int64? frame:uint64 cycle:uint64 bus:word? node:uint8? level:word source:word code:word text:string",
     "load": "t_ns:int64 frame:uint64 cycle:uint64 bus:word? frames:uint32 bits:uint64=bits frames_per_s:float64=1/s"
     " load_percent:float64?=%",
-    "incidents": "id:uint32 incident:word status:word impact:word grade:word depth:uint64 bus:word? node:uint8?"
+    "problems": "id:uint32 problem:word status:word impact:word grade:word depth:uint64 bus:word? node:uint8?"
     " nodes:list<uint8> axis:uint8? pdo:word? subject:word begin_frame:uint64 t_ns:int64? cycle:uint64"
     " noticed_frame:uint64 noticed_t_ns:int64? end_frame:uint64? end_t_ns:int64? end_cycle:uint64? count:uint64"
     " root:bool cause:uint32? cause_link:word? cause_grade:word? delay_ns:int64? frames:list<uint64> message:string"
@@ -85,9 +86,10 @@ def columns(table: str) -> tuple[Column, ...]:
     All but `nodes` and `events` are those of `Capture.tables`; `pdo` and `wide` stand for the tables of PDOs, in
     which the signals follow. Lists of a capture give the same columns, as far as a row has them.
     """
-    if table not in _COLUMNS:
+    name = former.table(table)
+    if name not in _COLUMNS:
         raise ValueError(f"table={table!r}: one of {', '.join(_COLUMNS)}")
-    return tuple(map(_column, _COLUMNS[table].split()))
+    return tuple(map(_column, _COLUMNS[name].split()))
 
 
 def column_tables() -> tuple[str, ...]:

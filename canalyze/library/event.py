@@ -11,7 +11,7 @@ from sys import intern
 from typing import Any, Final, Literal, TypeAlias
 
 from canalyze.finding import Finding
-from canalyze.incident import Incident, IncidentChange, incident, incident_change
+from canalyze.problem import Problem, ProblemChange, problem, problem_change
 from canalyze.values import ObjectRef, Timed, object_ref
 
 
@@ -206,9 +206,9 @@ class Transfer(Timed):
         return f"<Transfer {self.number}: node {self.node} {self.direction} {self.object or '?'} {outcome}, {frames}>"
 
 
-Event: TypeAlias = Frame | Note | Finding | Transfer | IncidentChange
-"""Anything that a capture yields, in order; an `IncidentChange` only while it is listened to."""
-Record: TypeAlias = Event | Incident | tuple[int, ...]
+Event: TypeAlias = Frame | Note | Finding | Transfer | ProblemChange
+"""Anything that a capture yields, in order; an `ProblemChange` only while it is listened to."""
+Record: TypeAlias = Event | Problem | tuple[int, ...]
 """An event, or what is known at the end: incidents, and in which order their roots are read."""
 
 
@@ -273,7 +273,7 @@ _OF_KIND: Final[Mapping[str, Callable[[Mapping[str, Any]], Record]]] = {
     "note": note,
     "finding": Finding.from_json,
     "transfer": transfer,
-    "incident": lambda row: incident(row) if row["phase"] == "final" else incident_change(row),
+    "problem": lambda row: problem(row) if row["phase"] == "final" else problem_change(row),
     "diagnosis": lambda row: tuple(row["order"]),
 }
 """What makes a record of an object that is no frame's, by its kind."""

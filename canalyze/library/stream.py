@@ -19,11 +19,12 @@ from typing import TYPE_CHECKING, Any, Final, Self, TypeVar, Unpack
 
 from canalyze.configuration import network
 from canalyze.errors import SourceError
-from canalyze.incident import Incident
 from canalyze.library import Known
 from canalyze.library.event import Event, records
-from canalyze.library.incident import Incidents
+from canalyze.library.former import renamed
 from canalyze.library.plan import Plan, plan
+from canalyze.library.problem import Problems
+from canalyze.problem import Problem
 from canalyze.running.reading import Reading
 from canalyze.sources import live as blocks
 from canalyze.sources.memory import bus_of, is_message
@@ -72,7 +73,7 @@ class Silent:
 class Stream:
     """Events as they come: iterate over it (`for`, `async for`), or ask with `take` and `get`; a context manager.
 
-    `Frame`, `Note`, `Finding`, `Transfer` and `IncidentChange`. It ends when it is stopped; then `incidents` are
+    `Frame`, `Note`, `Finding`, `Transfer` and `ProblemChange`. It ends when it is stopped; then `problems` are
     complete.
     """
 
@@ -82,14 +83,16 @@ class Stream:
         self._session = made.session("events", incidents=True)
         self._reader = Silent()
         self._events: deque[Event] = deque()
-        self._final: list[Incident] = []
+        self._final: list[Problem] = []
         self._order: tuple[int, ...] = ()
         self._over = False
 
     @property
-    def incidents(self) -> Incidents:
+    def problems(self) -> Problems:
         """What went wrong, whether it still is, and why: known when it was stopped, empty before."""
-        return Incidents(self._final, self._order)
+        return Problems(self._final, self._order)
+
+    incidents = renamed("incidents", "problems")
 
     @property
     def complaints(self) -> tuple[str, ...]:
@@ -149,7 +152,7 @@ class Stream:
         """Take a result of the core."""
         found: list[Event] = []
         for one in records(result):
-            if isinstance(one, Incident):
+            if isinstance(one, Problem):
                 self._final.append(one)
             elif isinstance(one, tuple):
                 self._order = one

@@ -37,7 +37,7 @@ _HIGH: Final = 34
 """Lines from which it has."""
 _AROUND: Final = 3
 """Lines of status and foot."""
-_TABLES: Final = ("nodes", "objects", "transfers", "findings", "incidents")
+_TABLES: Final = ("nodes", "objects", "transfers", "findings", "problems")
 """Rooms of rows that are made of a snapshot."""
 _LOW: Final = 12
 """Lines from which the overview tells the last finding where the findings themselves have no room."""
@@ -50,7 +50,7 @@ NOTHING: Final[dict[str, Any]] = {
     "objects": [],
     "transfers": {"running": [], "done": []},
     "findings": [],
-    "incidents": [],
+    "problems": [],
 }
 """A snapshot before there is one."""
 
@@ -126,7 +126,7 @@ class Monitor(App[int]):
                     yield self.grids["findings"]
                     yield self.grids["transfers"]
             yield self.grids["objects"]
-            yield self.grids["incidents"]
+            yield self.grids["problems"]
             yield self.trace
         yield self._whole
         yield self._said
@@ -200,7 +200,7 @@ class Monitor(App[int]):
             runs = (
                 snapshot[name]["running"]
                 if name == "transfers"
-                else name == "objects" or (name == "incidents" and incidents.changing(snapshot))
+                else name == "objects" or (name == "problems" and incidents.changing(snapshot))
             )
             part = (snapshot[name], snapshot["now_ns"] if runs else 0, away)
             if not grid.size.width or not _seen(grid) or self._drawn.get(name) == part:
@@ -310,7 +310,7 @@ class Monitor(App[int]):
 
     def action_room(self, step: int) -> None:
         """Give the keys to the next room that can be seen."""
-        names = ("nodes", "findings", "transfers", "objects", "incidents", "trace")
+        names = ("nodes", "findings", "transfers", "objects", "problems", "trace")
         seen = [self.grids[name] for name in names if _seen(self.grids[name])]
         at = next((place for place, grid in enumerate(seen) if grid is self.focused), -1)
         seen[(at + step) % len(seen)].focus()
@@ -344,7 +344,7 @@ class Monitor(App[int]):
         """Show the page of a row, or where it leads to."""
         if row.key == incidents.FOLD:
             self._unfolded = not self._unfolded
-            self._drawn.pop("incidents", None)
+            self._drawn.pop("problems", None)
             self.draw()
             return
         if row.about:

@@ -13,8 +13,8 @@ from canalyze.words import Words
 
 FOLD: Final = "harmless"
 """The key of the row that stands for the harmless ones."""
-_LOOKS: Final = {"stands": "error", "unknown": "warning", "over": "good", "harmless": "dim"}
-_OPEN: Final = ("stands", "unknown")
+_LOOKS: Final = {"open": "error", "unknown": "warning", "ended": "good", "harmless": "dim"}
+_OPEN: Final = ("open", "unknown")
 """Not over, as far as is known."""
 _LOUD: Final = ("A", "B")
 """Something has stopped, or does not start."""
@@ -36,7 +36,7 @@ def columns(words: Words, *, buses: bool) -> list[Column]:
 
 def rows(snapshot: dict[str, Any], words: Words, *, buses: bool, unfolded: bool) -> list[Row]:
     """Give a row a problem; unfolded: the harmless ones have rows, too."""
-    found = snapshot["incidents"]
+    found = snapshot["problems"]
     harmless = _harmless(found)
     shown = [_row(one, snapshot, words, buses=buses) for one in found if unfolded or one["id"] not in harmless]
     if not harmless:
@@ -51,13 +51,13 @@ def rows(snapshot: dict[str, Any], words: Words, *, buses: bool, unfolded: bool)
 
 def changing(snapshot: dict[str, Any]) -> bool:
     """Tell whether time alone changes the rows: something is not over."""
-    return any(one["end_ns"] is None for one in snapshot["incidents"])
+    return any(one["end_ns"] is None for one in snapshot["problems"])
 
 
 def standing(snapshot: dict[str, Any]) -> list[Incident]:
     """Give the roots that are not over: those that stand, and those of which that may still turn out."""
-    roots = (one for one in snapshot["incidents"] if not one["depth"])
-    return [one for one in roots if one["status"] == "stands" or (one["status"] == "unknown" and one["provisional"])]
+    roots = (one for one in snapshot["problems"] if not one["depth"])
+    return [one for one in roots if one["status"] == "open" or (one["status"] == "unknown" and one["provisional"])]
 
 
 def newest(snapshot: dict[str, Any]) -> Cell:
@@ -71,13 +71,13 @@ def newest(snapshot: dict[str, Any]) -> Cell:
 
 def loud(snapshot: dict[str, Any]) -> set[tuple[object, ...]]:
     """Give what tells those apart that have stopped something, or keep it from starting."""
-    found = (one for one in snapshot["incidents"] if one["impact"] in _LOUD and one["status"] != "harmless")
+    found = (one for one in snapshot["problems"] if one["impact"] in _LOUD and one["status"] != "harmless")
     return {(one["bus"], one["kind"], one["frame"]) for one in found}
 
 
 def of_node(node: dict[str, Any]) -> str:
     """Give the word of the problem of a node; "" where it has none."""
-    one = node.get("incident")
+    one = node.get("problem")
     return f"{one['word']}{_mark(one)}" if one else ""
 
 
@@ -123,8 +123,8 @@ def _row(one: Incident, snapshot: dict[str, Any], words: Words, *, buses: bool) 
 
 def _status(one: Incident, words: Words) -> str:
     """Give how it stands; while more may come, what is not known yet stands as it was told."""
-    known = "stands" if one["provisional"] and one["status"] == "unknown" else one["status"]
-    return words.of("incident_status", known) + _mark(one)
+    known = "open" if one["provisional"] and one["status"] == "unknown" else one["status"]
+    return words.of("problem_status", known) + _mark(one)
 
 
 def _lasts(one: Incident, now: int | None) -> str:
@@ -140,4 +140,4 @@ def _cause(one: Incident, words: Words) -> Iterator[str]:
         return
     if one["delay_ns"] is not None and one["delay_ns"] >= 0:
         yield words("diagnose.after", ms=f"{one['delay_ns'] / 1e6:.0f}")
-    yield f"  {words.of('incident_grade', one['cause_grade'])}"
+    yield f"  {words.of('problem_grade', one['cause_grade'])}"

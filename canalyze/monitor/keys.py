@@ -29,7 +29,7 @@ class Key(NamedTuple):
     """The higher, the sooner it leaves the foot line for want of room; 0: never."""
 
 
-VIEWS: Final = ("overview", "nodes", "objects", "transfers", "findings", "trace", "incidents")
+VIEWS: Final = ("overview", "nodes", "objects", "transfers", "findings", "trace", "problems")
 """What can be seen, in the order of the keys 1 to 7."""
 
 KEYS: Final = (

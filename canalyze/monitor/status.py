@@ -172,7 +172,7 @@ class Status(Lines):
                 found = snapshot["tally"]["findings"]
                 marks = ((f" {mark}{found[severity]}", severity) for severity, mark in MARKS.items() if found[severity])
                 pieces += marks
-            if name == "incidents" and stand:
+            if name == "problems" and stand:
                 pieces.append((f" ✖{stand}", "error"))
             pieces.append((" ", ""))
         for condition in conditions:

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from canalyze.errors import CanalyzeError
 from canalyze.finding import Finding, Line
-from canalyze.incident import Incident
 from canalyze.library.capture import Capture
 from canalyze.library.event import Transfer
-from canalyze.library.incident import Incidents
+from canalyze.library.problem import Problems
 from canalyze.library.rows import Findings, Rows, Transfers
 from canalyze.library.series import Series, Signal
 from canalyze.output import printable
+from canalyze.problem import Problem
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def compared(op: str, left: object, right: object, words: Words) -> list[str] | 
     if isinstance(left, Findings):
         said += (_finding(one) for one in left[:_LISTED])
         return said + _more(len(left) - _LISTED, words)
-    if isinstance(left, Incidents):
+    if isinstance(left, Problems):
         said += (f"  {_incident(one)}" for one in left[:_LISTED])
         return said + _more(len(left) - _LISTED, words)
     for place, (one, other) in enumerate(zip(left, right, strict=False)):
@@ -82,7 +82,7 @@ def _finding(finding: Finding) -> str:
     return f"{finding.code} {finding.severity}{where}: {finding.message}"
 
 
-def _incident(one: Incident) -> str:
+def _incident(one: Problem) -> str:
     return f"{one.kind} {one.status}, frame {one.begin.frame}: {one.message}"
 
 
@@ -129,24 +129,24 @@ def _sections(parts: list[Any], captures: list[Capture], statement: str, words: 
         name = f"{signals[0].node}.{signals[0].pdo}.{signals[0].signal}"
         blocks = [(name, [(frame, frame) for frame in sorted(ends)])]
         yield words("test.signals"), _shown(blocks, signals[:1], captures, words)
-    if incidents := _last(parts, Incident, Incidents):
+    if incidents := _last(parts, Problem, Problems):
         capture = next((one for one in captures if one.gave(incidents[0])), None)
         known = {one.id for one in incidents}
         first = [one for one in incidents if one.cause is None or one.cause.id not in known]
-        yield words("test.incidents"), "\n".join(_told(capture, first, words))
+        yield words("test.problems"), "\n".join(_told(capture, first, words))
         return
     for capture in captures[:_CAPTURES]:
         if lines := _told(capture, None, words):
-            yield words("test.stands", name=printable(capture.name)), "\n".join(lines)
+            yield words("test.open", name=printable(capture.name)), "\n".join(lines)
 
 
-def _told(capture: Capture | None, incidents: list[Incident] | None, words: Words) -> list[str]:
-    """Give the stories of incidents, or of those that stand, as the diagnosis tells them."""
+def _told(capture: Capture | None, incidents: list[Problem] | None, words: Words) -> list[str]:
+    """Return the lines of `diagnose` about problems, or about the open ones."""
     if capture is None:
         return [_incident(one) for one in incidents or ()]
     try:
-        asked = list(capture.incidents.roots.standing) if incidents is None else incidents
-        return capture.stories(asked[:_SHOWN]) + _more(len(asked) - _SHOWN, words)
+        asked = list(capture.problems.roots.open) if incidents is None else incidents
+        return capture.diagnosis(asked[:_SHOWN]) + _more(len(asked) - _SHOWN, words)
     except CanalyzeError as error:
         return [words("test.unread", problem=error.in_words(words))] if incidents else []
 

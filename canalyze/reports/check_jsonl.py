@@ -11,7 +11,7 @@ first of its kind, and
 | `known` | how many of them the baseline allows |
 | `fails` | whether the check fails by it |
 
-`incident`, with --incidents, has `id incident bus node nodes status impact grade begin end message frames known fails`
+`problem`, with --problems, has `id problem bus node nodes status impact grade begin end message frames known fails`
 (`known`: how many of its kind the baseline allows); only roots are listed, and harmless ones are not.
 
 `check` has `file`, `frames` (how many were read), `failed`, `failures` and `others` (how many findings fail, and how
@@ -27,8 +27,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from canalyze.check.verdict import Counted, Verdict
-from canalyze.incident import Incident
 from canalyze.output import jsonl
+from canalyze.problem import Problem
 
 
 def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
@@ -88,11 +88,11 @@ def _finding(one: Counted, fails: bool) -> dict[str, Any]:
     }
 
 
-def _incident(one: Incident, known: int, *, fails: bool) -> dict[str, Any]:
+def _incident(one: Problem, known: int, *, fails: bool) -> dict[str, Any]:
     return {
-        "kind": "incident",
+        "kind": "problem",
         "id": one.id,
-        "incident": one.kind,
+        "problem": one.kind,
         "bus": one.bus,
         "node": one.node,
         "nodes": list(one.nodes),

@@ -10,8 +10,8 @@ from typing import Final
 
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.finding import SEVERITIES, Finding
-from canalyze.incident import Incident
 from canalyze.output import Output, dyed, printable
+from canalyze.problem import Problem
 from canalyze.reports import wording
 from canalyze.words import Words
 
@@ -114,9 +114,9 @@ class _Report:
         if one.consequences:
             yield f"    {wording.consequences(one.consequences, self._words)}"
 
-    def _problem(self, one: Incident, verdict: Verdict) -> str:
+    def _problem(self, one: Problem, verdict: Verdict) -> str:
         fails, known = one.id in verdict.problems, verdict.known_problems.get(one.id, 0)
-        status = self._dyed(self._words.of("incident_status", one.status), "error" if fails else "info")
+        status = self._dyed(self._words.of("problem_status", one.status), "error" if fails else "info")
         place = self._words("check.frame", frame=one.begin.frame)
         head = f"  {status} {self._words('check.problem')} {place}"
         said = f" ({self._words('reports.known', known=known)})" if known else ""

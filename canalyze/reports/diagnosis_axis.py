@@ -63,7 +63,7 @@ def axis_of(incidents: Sequence[Record], whole: Record) -> Axis | None:
         return None
     first, last = min(moments), max(moments)
     around = max((last - first) // 6, _LEAST_NS)
-    stays = any(one["end"] is None and one["status"] == "stands" for one in incidents)
+    stays = any(one["end"] is None and one["status"] == "open" for one in incidents)
     last = min(last + (2 if stays else 1) * around, end)
     first = max(first - around, begin)
     # An axis that leaves little of the capture out rather shows all of it.

@@ -22,7 +22,7 @@ _TOP: Final = 8
 _ROWS: Final = 24
 """Nodes that are drawn."""
 _SPANS: Final = 60
-"""Incidents that are drawn: whole stories, as they are read, so far as there is room."""
+"""Problems that are drawn: whole stories, as they are read, so far as there is room."""
 _NEAR: Final = 40
 """A delay that finds no place so near to its arrow is left to the text."""
 _DIGIT: Final = 7
@@ -70,7 +70,7 @@ def chain(told: Mapping[str, Sequence[Record]], whole: Record, axis: Axis | None
             top = tops[key] + levels[number, key] * (_BAR + 2)
             middles.setdefault(number, []).append(_Place(left, top + _BAR / 2, key, levels[number, key]))
             parts.append(
-                f'<a href="#story-{root(one, own)["id"]}"><rect class="{one["status"]}" x="{left:.1f}" y="{top:.1f}" '
+                f'<a href="#problem-{root(one, own)["id"]}"><rect class="{one["status"]}" x="{left:.1f}" y="{top:.1f}" '
                 f'width="{right - left:.1f}" height="{_BAR}" rx="2">{title(said)}</rect>'
                 f'<text class="on" x="{left + 4:.1f}" y="{top + 12:.1f}">{number}</text></a>'
             )

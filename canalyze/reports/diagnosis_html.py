@@ -28,7 +28,7 @@ Pair = dict[str, str]
 MOST: Final = 1_000_000
 """Bytes of a page."""
 _TEMPLATES: Final = Path(__file__).with_name("templates")
-_STATES: Final = ("stands", "unknown", "over", "harmless")
+_STATES: Final = ("open", "unknown", "ended", "harmless")
 _DEEPEST: Final = 3
 
 
@@ -40,7 +40,7 @@ class _Level(NamedTuple):
     steps: int
     """Steps of an incident."""
     parts: int
-    """Incidents of a story."""
+    """Problems of a story."""
     frames: int
     plots: int
     """Values that are drawn of a story."""
@@ -153,8 +153,8 @@ def _groups(
             continue
         yield {
             "status": status,
-            "heading": _both(told, lambda lang, status=status: words[lang].of("incident_heading", status)),
-            "stories": [
+            "heading": _both(told, lambda lang, status=status: words[lang].of("problem_heading", status)),
+            "problems": [
                 {
                     **_story(one, by_id, words, next(iter(told.values())).whole, level if one["id"] in full else brief),
                     "plots": markup(_plots(told, one, level.plots)) if one["id"] in full else "",
@@ -208,7 +208,7 @@ def _part(
         "depth": depth,
         "status": one["status"],
         "title": _message(number, by_id),
-        "standing": {lang: words[lang].of("incident_status", one["status"]) for lang in by_id},
+        "standing": {lang: words[lang].of("problem_status", one["status"]) for lang in by_id},
         "because": {lang: because(one, each, words[lang]) for lang, each in by_id.items()} if caused else None,
         "checks": [
             {lang: checks_of(incidents[number])[place] for lang, incidents in by_id.items()}
@@ -227,7 +227,7 @@ def _part(
             {
                 "t": _since(step["t"], whole),
                 "frame": step["frame"],
-                "role": {lang: words[lang].of("incident_role", step["role"]) for lang in by_id},
+                "role": {lang: words[lang].of("problem_role", step["role"]) for lang in by_id},
                 "text": {
                     lang: printable(incidents[number]["steps"][place]["text"]) for lang, incidents in by_id.items()
                 },
@@ -252,14 +252,14 @@ def _nodes(told: Mapping[str, Told], words: Mapping[str, Words]) -> Iterator[dic
     by_id = {one["id"]: one for one in first.incidents}
     last = {lang: {(lane.kind, lane.key, lane.axis): lane for lane in one.beside.lanes} for lang, one in told.items()}
     for node in first.whole["nodes"]:
-        found = by_id.get(node["incident"])
+        found = by_id.get(node["problem"])
         key = "diagnose.html_ok" if found is None else "diagnose.html_see"
         mine = [lane for lane in last[next(iter(told))] if lane[1] == (node["bus"], node["node"])]
         yield {
             "name": f"{printable(node['bus'] or '')} {node['node']}".strip(),
-            "status": "over" if found is None else found["status"],
-            "story": None if found is None else found["id"],
-            "said": {lang: words[lang](key, number=node["incident"]) for lang in told},
+            "status": "ended" if found is None else found["status"],
+            "problem": None if found is None else found["id"],
+            "said": {lang: words[lang](key, number=node["problem"]) for lang in told},
             "states": [
                 {lang: f"{words[lang](KINDS[name[0]])}: {_last_state(last[lang][name]) or '-'}" for lang in told}
                 for name in sorted(mine, key=lambda name: (name[0] != "nmt", name[2]))

@@ -36,10 +36,10 @@ _FRAMES: Final = 8
 """Frames that are named of one rule."""
 _APART: Final = frozenset({"no-sign", "berr-reporting", "cable-only", "wiring"})
 """Checks that say what tells causes apart."""
-_STATES: Final = ("stands", "unknown", "over", "harmless")
-_COLOURS: Final = {"stands": "error", "unknown": "warning", "over": "clean", "harmless": "quiet", "unjudged": "warning"}
+_STATES: Final = ("open", "unknown", "ended", "harmless")
+_COLOURS: Final = {"open": "error", "unknown": "warning", "ended": "clean", "harmless": "quiet", "unjudged": "warning"}
 """Of what stands so."""
-_MARKS: Final = {"stands": "✖", "unknown": "?", "over": "✔", "unjudged": "-"}
+_MARKS: Final = {"open": "✖", "unknown": "?", "ended": "✔", "unjudged": "-"}
 """Before the verdict."""
 
 Record = Mapping[str, Any]
@@ -86,7 +86,7 @@ def show(
         lines += [*stories, *loose]
         lines += _nodes(whole, by_id, words, chosen)
     lines.append(_more(told, names, hidden, words))
-    headings = {words.of("incident_heading", status): colour for status, colour in _COLOURS.items()}
+    headings = {words.of("problem_heading", status): colour for status, colour in _COLOURS.items()}
     headings[lines[0]] = _COLOURS[worst(roots, whole)]
     room = shutil.get_terminal_size().columns if out.is_terminal else None
     for line in lines:
@@ -122,10 +122,10 @@ def show_each(
     rows: Sequence[Diagnosed], out: Output, words: Words, chosen: Chosen, *, unread: int, totals: bool = False
 ) -> None:
     """Write a line for each recording, the worst first. unread: how many could not be read; totals: no such lines."""
-    states = (*_STATES[:2], "unjudged", "over")
+    states = (*_STATES[:2], "unjudged", "ended")
 
     def rank(row: Diagnosed) -> tuple[int, int, int]:
-        open_ones = sum(one["status"] == "stands" for one in row.roots)
+        open_ones = sum(one["status"] == "open" for one in row.roots)
         told = sum(one["status"] != "harmless" for one in row.roots)
         return states.index(worst(row.roots, row.whole)), -open_ones, -told
 
@@ -153,7 +153,7 @@ def show_each(
 def further_of_each(rows: Sequence[Diagnosed], out: Output, words: Words) -> None:
     """Write what to type next."""
     if rows:
-        first = next((row for row in rows if worst(row.roots, row.whole) == "stands"), rows[0])
+        first = next((row for row in rows if worst(row.roots, row.whole) == "open"), rows[0])
         files = " ".join(map(wording.capture_name, first.names))
         out.text(words("diagnose.more", said=f"canalyze {files} · --join") + "\n")
 
@@ -188,9 +188,9 @@ def tell(
 
 def _head(one: Record, depth: int, by_id: Mapping[int, Record], words: Words) -> list[str]:
     """Give what it is, how it stands, and why."""
-    standing = words.of("incident_status", one["status"])
-    impact = words.of("incident_impact", one["impact"])
-    grade = words.of("incident_grade", one["grade"])
+    standing = words.of("problem_status", one["status"])
+    impact = words.of("problem_impact", one["impact"])
+    grade = words.of("problem_grade", one["grade"])
     lines = [
         f"{'→ ' if depth else ''}{one['id']}  {printable(one['message'])}  [{standing}]",
         "   " + words("diagnose.meaning", impact=impact, grade=grade),
@@ -210,7 +210,7 @@ def _head(one: Record, depth: int, by_id: Mapping[int, Record], words: Words) ->
     if one["cause"] is not None:
         lines.append(f"   {because(one, by_id, words)}")
         said = delay(one, list(by_id.values()))
-        why = words.of("incident_link", one["cause"]["link"])
+        why = words.of("problem_link", one["cause"]["link"])
         lines.append("   " + words("diagnose.why", said=f"{why}{words('diagnose.between')}{said}" if said else why))
     return lines
 
@@ -220,7 +220,7 @@ def _steps(one: Record, whole: Record, lines: Mapping[int, str], shown: set[int]
     found: list[str] = []
     steps = one["steps"] or [{**one["begin"], "role": "sign", "text": one["message"], "finding": None}]
     for step in steps:
-        role = words.of("incident_role", step["role"])
+        role = words.of("problem_role", step["role"])
         at = _seconds(step["t"], whole, words)
         found.append(f"   {at} #{step['frame']} {role}: {printable(step['text'])}".replace("    #", "   #"))
         for frame in range(step["frame"] - 2, step["frame"] + 3):
@@ -270,7 +270,7 @@ def _further(one: Record, names: Sequence[str], words: Words) -> str:
     """Give what to type next."""
     file = wording.capture_name(names[0]) if len(names) == 1 else "FILE"
     commands = [
-        f"canalyze explain {one['incident']}",
+        f"canalyze explain {one['problem']}",
         f"canalyze decode {file} --frame {_around(one['begin']['frame'])}",
     ]
     if one["cause"] is not None:
@@ -310,7 +310,7 @@ def root(one: Record, by_id: Mapping[int, Record]) -> Record:
 def worst(roots: Sequence[Record], whole: Record) -> str:
     """Give how the worst problem stands: `over` also where there is none, `unjudged` where that says nothing."""
     states = {one["status"] for one in roots}
-    quiet = "over" if whole["nature"] == "canopen" else "unjudged"
+    quiet = "ended" if whole["nature"] == "canopen" else "unjudged"
     return next((state for state in _STATES[:2] if state in states), quiet)
 
 
@@ -323,8 +323,8 @@ def verdict(roots: Sequence[Record], whole: Record, words: Words) -> str:
         parts.insert(0, words("diagnose.unjudged"))
     elif not any(counts[status] for status in _STATES[:3]):
         parts.insert(0, words("diagnose.none"))
-    elif not counts["stands"]:
-        parts.insert(0, words("diagnose.none_stands"))
+    elif not counts["open"]:
+        parts.insert(0, words("diagnose.none_open"))
     return f"{_MARKS[state]} {words('check.then').join(parts)}"
 
 
@@ -340,7 +340,7 @@ def _only(chosen: Chosen, words: Words) -> str:
 
 
 def _count(status: str, count: int, words: Words) -> str:
-    return words(f"incident_count.{status}", count=count)
+    return words(f"problem_count.{status}", count=count)
 
 
 def extent(whole: Record, words: Words) -> str:
@@ -398,7 +398,7 @@ def _stories(
 ) -> tuple[list[str], int]:
     """Give the lines of the stories, and how many stories are left out. room: lines that there are for them."""
     for effects, checks in ((_EFFECTS, True), (2, True), (2, False), (1, False), (0, False)):
-        blocks = [_story(one, by_id, words, effects, checks=checks or one["status"] == "stands") for one in roots]
+        blocks = [_story(one, by_id, words, effects, checks=checks or one["status"] == "open") for one in roots]
         for one, block in zip(roots, blocks, strict=True):
             if more := sum(first == one["id"] for first in alike.values()):
                 block.insert(1, f"     {words('diagnose.alike', count=more)}")
@@ -407,7 +407,7 @@ def _stories(
             break
     lines, left, heading = list[str](), 0, ""
     for one, block in zip(roots, blocks, strict=True):
-        fresh = [words.of("incident_heading", one["status"])] if one["status"] != heading else []
+        fresh = [words.of("problem_heading", one["status"])] if one["status"] != heading else []
         if room is not None and len(lines) + len(fresh) + len(block) > room:
             left += 1
             continue
@@ -422,7 +422,7 @@ def _alike(roots: Sequence[Record]) -> dict[int, int]:
     alike = {}
     for one in roots:
         subject = tuple(sorted((key, str(value)) for key, value in one["subject"].items()))
-        key = (one["incident"], subject, one["status"])
+        key = (one["problem"], subject, one["status"])
         if key in first:
             alike[one["id"]] = first[key]
         first.setdefault(key, one["id"])
@@ -435,7 +435,7 @@ def _story(one: Record, by_id: Mapping[int, Record], words: Words, effects: int,
     untold = f" → {words('diagnose.more_effects', count=len(below))}" if below and not effects else ""
     lines = [_placed(f" {one['id']:>2}  {printable(one['message'])}{untold}", one)]
     for depth, effect in below[:effects]:
-        grade = words.of("incident_grade", effect["cause"]["grade"])
+        grade = words.of("problem_grade", effect["cause"]["grade"])
         lines.append(
             _placed(
                 f"     {'  ' * (depth - 1)}→ {effect['id']}  {printable(effect['message'])}"
@@ -460,7 +460,7 @@ def _story(one: Record, by_id: Mapping[int, Record], words: Words, effects: int,
 def because(one: Record, by_id: Mapping[int, Record], words: Words) -> str:
     """Say what has caused an incident that is no root, and how certain that is."""
     cause = by_id[one["cause"]["id"]]
-    grade = words.of("incident_grade", one["cause"]["grade"])
+    grade = words.of("problem_grade", one["cause"]["grade"])
     return words("diagnose.because", number=cause["id"], title=printable(cause["message"]), grade=grade)
 
 
@@ -525,17 +525,17 @@ def _nodes(whole: Record, by_id: Mapping[int, Record], words: Words, chosen: Cho
         for node in whole["nodes"]
         if chosen.node in (None, node["node"])
         and chosen.bus in (None, node["bus"])
-        and (node["incident"] is None or node["incident"] in by_id)
+        and (node["problem"] is None or node["problem"] in by_id)
     ]
     for node in nodes[:_NODES]:
         number = f"{printable(node['bus'])}:{node['node']}" if len(whole["buses"]) > 1 else str(node["node"])
         states = [node["state_text"] or f"{node['state']}h"] if node["state"] is not None else []
         states += [*node["drives"], *([f"EMCY {node['error']}h"] if node["error"] else [])]
         state = ", ".join(states)
-        if node["incident"] in by_id and state:
-            parts.append(words("diagnose.node_state_in", node=number, state=state, number=node["incident"]))
-        elif node["incident"] in by_id:
-            parts.append(words("diagnose.node_in", node=number, number=node["incident"]))
+        if node["problem"] in by_id and state:
+            parts.append(words("diagnose.node_state_in", node=number, state=state, number=node["problem"]))
+        elif node["problem"] in by_id:
+            parts.append(words("diagnose.node_in", node=number, number=node["problem"]))
         elif state:
             parts.append(words("diagnose.node_state", node=number, state=state))
         else:

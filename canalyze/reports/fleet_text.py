@@ -52,14 +52,14 @@ def show_problems(captures: Sequence[Diagnosed], out: Output, words: Words) -> N
             if one["status"] != "harmless":
                 subject = one["subject"]
                 nodes = [subject["node"]] if subject.get("node") is not None else subject.get("nodes", [])
-                key = one["incident"], wording.ranges(nodes, ", ") or EMPTY
+                key = one["problem"], wording.ranges(nodes, ", ") or EMPTY
                 spread.setdefault(key, []).append((row.names[0], one))
     if not spread:
         return
 
     def figures(found: Sequence[tuple[str, Record]]) -> list[int]:
         states = Counter(one["status"] for _, one in found)
-        return [len({name for name, _ in found}), *(states[state] for state in ("stands", "unknown", "over"))]
+        return [len({name for name, _ in found}), *(states[state] for state in ("open", "unknown", "ended"))]
 
     ordered = sorted(spread.items(), key=lambda item: (-figures(item[1])[1], -figures(item[1])[0], item[0]))
     columns = [
@@ -68,7 +68,7 @@ def show_problems(captures: Sequence[Diagnosed], out: Output, words: Words) -> N
         *(Column(words(f"fleet.{name}"), right=True) for name in ("files", "open", "unknown", "ended")),
         Column(words("fleet.worst"), folds=True),
     ]
-    rank = ("stands", "unknown", "over")
+    rank = ("open", "unknown", "ended")
     rows = []
     for (kind, nodes), found in ordered:
         name, one = min(found, key=lambda entry: rank.index(entry[1]["status"]))

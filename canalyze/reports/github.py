@@ -14,8 +14,8 @@ from typing import Final
 
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.finding import SEVERITIES, Severity
-from canalyze.incident import Incident
 from canalyze.output import printable
+from canalyze.problem import Problem
 from canalyze.reports import wording
 from canalyze.sources.file import STDIN
 from canalyze.words import Words
@@ -90,7 +90,7 @@ def _finding(file: str, one: Counted, words: Words, *, as_command: bool) -> str:
     return _command(_COMMANDS[finding.severity], properties, "\n".join([said, *wording.annotated(finding), *explained]))
 
 
-def _problem(file: str, one: Incident, severity: Severity, words: Words, *, as_command: bool) -> str:
+def _problem(file: str, one: Problem, severity: Severity, words: Words, *, as_command: bool) -> str:
     """Give a root at its begin; captures of text have a line a frame only where they say so, so none is named."""
     title = f"{words('check.problem')} {one.kind}, {words('check.frame', frame=one.begin.frame)}"
     said = "\n".join([printable(one.message), *(printable(check) for check in one.checks)])

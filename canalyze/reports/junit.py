@@ -12,8 +12,8 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from canalyze.check.verdict import Counted, Verdict
-from canalyze.incident import Incident
 from canalyze.output import printable
+from canalyze.problem import Problem
 from canalyze.reports import wording
 from canalyze.words import Words
 
@@ -111,7 +111,7 @@ def _failing(one: Counted, verdict: Verdict, words: Words) -> ET.Element:
     return case
 
 
-def _problem(one: Incident, verdict: Verdict, words: Words) -> ET.Element:
+def _problem(one: Problem, verdict: Verdict, words: Words) -> ET.Element:
     """Give a story: it fails where problems of its status do."""
     where = " ".join(str(part) for part in (one.bus, *one.nodes) if part is not None)
     case = ET.Element("testcase", name=printable(f"{words('check.problem')} {one.kind} {where}".rstrip()))

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, Final
 from canalyze import __version__
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.finding import SEVERITIES, Finding
-from canalyze.incident import Incident
 from canalyze.output import jsonl, printable
+from canalyze.problem import Problem
 from canalyze.reports import wording
 from canalyze.reports.uri import file_uri
 from canalyze.sources.file import STDIN
@@ -109,7 +109,7 @@ def _state(one: Counted) -> str:
     return "unchanged" if one.count <= one.known else "updated"
 
 
-def _state_of(one: Incident, verdict: Verdict) -> str:
+def _state_of(one: Problem, verdict: Verdict) -> str:
     if one.id not in verdict.known_problems:
         return "new"
     return "unchanged" if one.id in verdict.excused else "updated"
@@ -179,7 +179,7 @@ def _result(artifact: Json, one: Counted, words: Words) -> Json:
     return result
 
 
-def _story(artifact: Json, one: Incident, verdict: Verdict, words: Words) -> Json:
+def _story(artifact: Json, one: Problem, verdict: Verdict, words: Words) -> Json:
     """Give a root: its steps as a flow, and what it has caused as related places."""
     steps = [
         {"location": {**_location(artifact, None, None), "message": {"text": printable(f"#{step.frame}: {step.text}")}}}
@@ -191,9 +191,10 @@ def _story(artifact: Json, one: Incident, verdict: Verdict, words: Words) -> Jso
         "level": "error" if one.id in verdict.problems else "note",
         "message": {"text": printable(one.message)},
         "locations": [_location(artifact, None, None)],
-        "partialFingerprints": {
-            "incident/v1": hashlib.sha256(repr((one.kind, one.bus, one.nodes)).encode()).hexdigest()
-        },
+        # The former name too, for a release: results are matched with those of former runs by it.
+        "partialFingerprints": dict.fromkeys(
+            ("problem/v1", "incident/v1"), hashlib.sha256(repr((one.kind, one.bus, one.nodes)).encode()).hexdigest()
+        ),
         "properties": {"status": one.status, "impact": one.impact, "frame": one.begin.frame, "nodes": list(one.nodes)},
     }
     if one.id in verdict.excused:

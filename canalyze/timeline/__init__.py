@@ -5,5 +5,5 @@ No Python object a frame: batches go from the core to Rerun as Arrow columns. Mu
 
 from typing import Final
 
-TABLES: Final = ("listing", "lanes", "log", "load", "sync_cycles", "pdo", "incidents")
+TABLES: Final = ("listing", "lanes", "log", "load", "sync_cycles", "pdo", "problems")
 """Tables of the core that a timeline is made of."""

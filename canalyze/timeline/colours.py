@@ -39,7 +39,7 @@ COLOURS: Final[dict[str, dict[str, int]]] = {
     "drive": _DRIVE,
     "sdo": {"ok": _BLUE, "aborted": _RED, "failed": _RED, "incomplete": _GREY},
     "emcy": {"active": _RED},
-    "incidents": {"stands": _RED, "unknown": _ORANGE, "over": _AMBER, "harmless": _GREY},
+    "problems": {"open": _RED, "unknown": _ORANGE, "ended": _AMBER, "harmless": _GREY},
     # A statusword's lane has the colours of the drive's.
     "value": {"0": _LIGHT, "1": _GREEN, **_DRIVE},
 }

@@ -18,9 +18,9 @@ from canalyze.timeline.stream import LEVEL, STATE, TEXT, Stream, path
 from canalyze.timeline.summary import story_list
 from canalyze.words import Words
 
-KIND: Final = "incidents"
+KIND: Final = "problems"
 """The first part of their paths."""
-_LEVELS: Final = {"stands": "ERROR", "unknown": "WARN", "over": "WARN", "harmless": "INFO"}
+_LEVELS: Final = {"open": "ERROR", "unknown": "WARN", "ended": "WARN", "harmless": "INFO"}
 _MS: Final = 1e6
 """Nanoseconds in a millisecond."""
 
@@ -120,7 +120,7 @@ class IncidentWriter:
         for piece in pieces[1:]:
             at = at.followed_by(piece)
         self._stream.texts(entity, at, [(STATE, pa.array(states, pa.string()))])
-        fault = any(one["status"] == "stands" for one in ours)
+        fault = any(one["status"] == "open" for one in ours)
         self._contents.lanes[entity] = Lane(entity, len(states), fault)
 
     def _log(self, row: int) -> None:
@@ -131,5 +131,5 @@ class IncidentWriter:
         for place, key, level in told:
             text = words(key, title=self._title(one))
             columns = [(TEXT, pa.array([text], pa.string())), (LEVEL, pa.array([level], pa.string()))]
-            self._stream.texts("/log/incidents", place, columns)
+            self._stream.texts("/log/problems", place, columns)
             self._contents.logged[level] = self._contents.logged.get(level, 0) + 1

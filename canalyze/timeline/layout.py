@@ -233,11 +233,11 @@ class _Views:
         if not self.many:
             # Rerun sorts the lanes of a view by their paths, which begin with their kinds: problems stand above NMT.
             others = [lane for lane in every if lane.kind != "nmt"] + self.values(FILLED - len(every))
-            wrong, nmt = self.lanes.get("incidents", []), self.lanes.get("nmt", [])
+            wrong, nmt = self.lanes.get("problems", []), self.lanes.get("nmt", [])
             first = self.states([*wrong, *nmt], "timeline.problems_nmt" if wrong and nmt else None)
             return [*([first] if wrong or nmt else []), *([self.states(others)] if others else [])]
         faulty = [lane for lane in every if lane.fault][:FAULTS]
-        wrong = self.lanes.get("incidents", [])[:FAULTS]
+        wrong = self.lanes.get("problems", [])[:FAULTS]
         views: list[Sized] = [self.states(wrong)] if wrong else []
         views += [self.states(faulty, "timeline.faults")] if faulty else []
         # No empty lanes, and none twice, where there are too many: those of EMCY are among the ones with faults.
@@ -342,7 +342,7 @@ class _Views:
         if self.contents.summary:
             views.append(rrb.TextDocumentView(origin="/summary", name=self.words("timeline.summary")))
         if self.contents.stories:
-            stories = rrb.TextDocumentView(origin="/stories", name=self.words("timeline.stories"))
+            stories = rrb.TextDocumentView(origin="/diagnosis", name=self.words("timeline.diagnosis"))
             if whole:
                 # Beside the summary, in front of it.
                 views = [*views[:-1], rrb.Tabs(stories, *views[-1:], active_tab=0)] if views else [stories]
@@ -405,7 +405,7 @@ class _Views:
     def node(self, bus: str, node: int) -> Part | None:
         """All lanes and all plots of a node, on pages where they are many."""
         own, lines = self.of_node((bus, node))
-        lanes = [lane for kind in ("incidents", *KINDS, "value") for lane in own if lane.kind == kind]
+        lanes = [lane for kind in ("problems", *KINDS, "value") for lane in own if lane.kind == kind]
         plots = [self.plot(chart, of_node=True) for chart in charts.of_node(lines)] + self.durations((bus, node))
         read = self.told(bus, node)
         parts: list[Sized] = self.paged(lanes, alone=not plots)

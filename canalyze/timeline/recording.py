@@ -110,7 +110,7 @@ class Timeline:
         self._begin()
         if self._recording and (stories := self._incidents.finish()):
             self.contents.stories = True
-            self._stream.always("/stories", rr.TextDocument(stories, media_type="text/markdown"))
+            self._stream.always("/diagnosis", rr.TextDocument(stories, media_type="text/markdown"))
         records = [json.loads(line) for line in summary.splitlines()]
         if self._recording and (records or lines):
             self.contents.summary = True
@@ -155,7 +155,7 @@ class Timeline:
             "lanes": self._lanes.take,
             "log": logs.log,
             "listing": logs.frames,
-            "incidents": self._incidents.take,
+            "problems": self._incidents.take,
         }
         self._offering = Offering(recording, contents, self._words, viewer=self._connect, live=self._live)
         recording.send_recording_name(self._name)

@@ -40,12 +40,12 @@ def story_list(incidents: Sequence[Mapping[str, Any]], words: Words) -> str:
 
     incidents: rows of the core's table, in the order of reading, each with `caused` in words.
     """
-    lines = [f"# {_plain(words('timeline.stories'))}\n"]
+    lines = [f"# {_plain(words('timeline.diagnosis'))}\n"]
     heading = ""
     for one in incidents:
         if not one["depth"] and one["status"] != heading:
             heading = one["status"]
-            lines.append(f"\n## {_plain(words.of('incident_heading', heading))}\n\n")
+            lines.append(f"\n## {_plain(words.of('problem_heading', heading))}\n\n")
         indent = "  " * one["depth"]
         caused = f" ({_plain(one['caused'])})" if one["caused"] else ""
         lines.append(f"{indent}- **\\#{one['id']}** {_plain(one['message'])}{caused}\n")

@@ -178,7 +178,7 @@ SAID = {
 
 def alone(out: bytes) -> bytes:
     """What is said of frames, without the lines of problems that only a live view has."""
-    told = ("# ✖ ".encode(), "# ↳ ".encode(), "# ✔ ".encode(), b'{"kind":"incident"', b'{"kind":"diagnosis"')
+    told = ("# ✖ ".encode(), "# ↳ ".encode(), "# ✔ ".encode(), b'{"kind":"problem"', b'{"kind":"diagnosis"')
     return b"".join(line for line in out.splitlines(keepends=True) if not line.startswith(told))
 
 

@@ -38,7 +38,7 @@ def replay(path: Path, interface: str = "vcan0") -> None:
 
 
 def incidents(out: bytes) -> list[Row]:
-    return [row for row in map(json.loads, out.splitlines()) if row["kind"] == "incident"]
+    return [row for row in map(json.loads, out.splitlines()) if row["kind"] == "problem"]
 
 
 @pytest.mark.parametrize("path", CAPTURES, ids=lambda path: path.stem)

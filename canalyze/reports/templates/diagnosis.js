@@ -1,6 +1,6 @@
 "use strict";
 const root = document.documentElement;
-const stories = [...document.querySelectorAll(".story")];
+const problems = [...document.querySelectorAll(".problem")];
 const links = [...document.querySelectorAll("nav a")];
 const search = document.getElementById("search");
 const every = document.getElementById("every");
@@ -8,7 +8,7 @@ const ROW = 20;
 const TALLEST = 10000000;
 
 function open(id) {
-  for (const story of stories) story.classList.toggle("open", story.id === id);
+  for (const problem of problems) problem.classList.toggle("shown", problem.id === id);
   for (const link of links) link.classList.toggle("here", link.getAttribute("href") === "#" + id);
 }
 
@@ -112,7 +112,7 @@ else if (search) searchTable();
 document.addEventListener("click", (event) => {
   const link = event.target.closest("a[href]");
   const goal = link ? link.getAttribute("href") : "";
-  if (goal.startsWith("#story-")) {
+  if (goal.startsWith("#problem-")) {
     event.preventDefault();
     open(goal.slice(1));
   } else if (goal.startsWith("#frame-") && list) {
@@ -129,4 +129,4 @@ document.getElementById("theme").addEventListener("click", () => {
   const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
   root.dataset.theme = dark ? "light" : "dark";
 });
-if (stories.length) open(stories[0].id);
+if (problems.length) open(problems[0].id);

@@ -147,7 +147,7 @@ fuzz_target!(|input: &[u8]| {
 fn told(output: &str) {
     let rows: Vec<serde_json::Value> =
         output.lines().map(|line| serde_json::from_str(line).expect("an incident is JSON")).collect();
-    let incidents: Vec<_> = rows.iter().filter(|row| row["kind"] == "incident").collect();
+    let incidents: Vec<_> = rows.iter().filter(|row| row["kind"] == "problem").collect();
     let cause = |id: u64| {
         let one = incidents.iter().find(|one| one["id"] == id).expect("a cause is told");
         one["cause"]["id"].as_u64()
@@ -160,7 +160,7 @@ fn told(output: &str) {
         assert_eq!(at, None, "causes go in circles");
         assert!(one["steps"].as_array().is_some_and(|steps| steps.len() <= 16));
         assert!(one["begin"]["frame"].as_u64() >= Some(1));
-        assert!(one["status"] != "over" || !one["end"].is_null(), "over without an end: {one}");
+        assert!(one["status"] != "ended" || !one["end"].is_null(), "ended without an end: {one}");
     }
     assert!(incidents.windows(2).all(|two| two[0]["id"].as_u64() < two[1]["id"].as_u64()));
 }

@@ -245,7 +245,7 @@ rules! {
     ///
     /// 测试引发的故障没有发生, 或者表现为另一种问题。
     /// The fault provoked by the test did not happen, or shows as another kind of problem.
-    Exp017 "EXP017" "incident-missing" Error "-" [ErrorControl, Nmt, Emcy, Sdo, Pdo, Sync, Error] {
+    Exp017 "EXP017" "problem-missing" Error "-" [ErrorControl, Nmt, Emcy, Sdo, Pdo, Sync, Error] {
         message "缺少期望的问题" "expected problem missing";
         Nothing { expected: Text } "没有出现{expected}, 也没有其他问题" "no {expected}, and no other problem either";
         NoneOf { expected: Text, found: Problems }
@@ -259,7 +259,7 @@ rules! {
     ///
     /// 出现了编写期望时没有的问题; canalyze diagnose 说明其经过和原因。
     /// A problem that did not exist when the expectation was written; canalyze diagnose shows its course and cause.
-    Exp018 "EXP018" "incident-unexpected" Error "-" [ErrorControl, Nmt, Emcy, Sdo, Pdo, Sync, Error] {
+    Exp018 "EXP018" "problem-unexpected" Error "-" [ErrorControl, Nmt, Emcy, Sdo, Pdo, Sync, Error] {
         message "不应出现的问题" "problem that must not occur";
         Occurred { found: Problems } "不应出现: {found}" "must not occur: {found}";
         TooMany { expected: Count, count: Count, found: Problems }
@@ -267,17 +267,17 @@ rules! {
     }
 
     /// 期望规定此类问题须在一定时间内恢复, 从第一个迹象算起(节点失去联系从其最后一帧算起)。反复出现的, 以最长的一次为准。
-    /// The expectation requires such problems to be resolved within a time, counted from the first evidence (for a silent node, its last frame). For a recurring problem the longest time counts.
+    /// The expectation requires such problems to end within a time, counted from the first evidence (for a silent node, its last frame). For a recurring problem the longest time counts.
     ///
     /// 恢复比以前慢, 或者没有恢复。
     /// Recovery is slower than before, or does not happen.
-    Exp019 "EXP019" "incident-not-over" Error "-" [ErrorControl, Nmt, Emcy, Sdo, Pdo, Sync, Error] {
-        message "问题没有按期恢复" "problem not resolved in time";
+    Exp019 "EXP019" "problem-not-ended" Error "-" [ErrorControl, Nmt, Emcy, Sdo, Pdo, Sync, Error] {
+        message "问题没有按期恢复" "problem not ended in time";
         Late { expected: Ns, found: Ns, problem: Problems, end: Count }
             "{problem}经过{found}才恢复(第{end}帧), 期望在{expected}之内"
-            "{problem} resolved after {found} (frame {end}), expected within {expected}";
+            "{problem} ended after {found} (frame {end}), expected within {expected}";
         Standing { expected: Ns, found: Ns, problem: Problems } "{problem}到记录结束时已有{found}, 仍未恢复, 期望在{expected}之内"
-            "{problem} still not resolved after {found} at the end of the capture, expected within {expected}";
+            "{problem} still open after {found} at the end of the capture, expected to end within {expected}";
     }
 
     /// 期望规定此类问题须由某一种问题直接或间接引起。仅为可能的原因不计。
@@ -285,7 +285,7 @@ rules! {
     ///
     /// 出现了另外的问题, 或者记录不足以判断原因。
     /// Another problem occurred, or the capture does not show the cause.
-    Exp020 "EXP020" "incident-cause" Error "-" [ErrorControl, Nmt, Emcy, Sdo, Pdo, Sync, Error] {
+    Exp020 "EXP020" "problem-cause" Error "-" [ErrorControl, Nmt, Emcy, Sdo, Pdo, Sync, Error] {
         message "问题的原因与期望不符" "problem with another cause than expected";
         Other { expected: Text, problem: Problems, found: Problems }
             "{problem}的原因为{found}, 期望为{expected}" "{problem} is caused by {found}, expected {expected}";

@@ -3,6 +3,8 @@
 //! The result is the normalized form that [`crate::views::expectation`] takes: hexadecimal values as numbers, times in ns.
 //! Captures are not judged here, and the meaning of an expectation beyond its own table is not known.
 
+use std::iter;
+
 use serde_json::{Map, Value as Json, json};
 
 use super::Mistake;
@@ -105,7 +107,7 @@ const KINDS_OF: [TableKind; 9] = [
         },
     },
     TableKind {
-        name: "incident",
+        name: "problem",
         own: &[
             key("kind", ValueForm::Kinds),
             key("node", ValueForm::Node),
@@ -141,6 +143,9 @@ const KINDS_OF: [TableKind; 9] = [
     },
 ];
 
+/// The former names of tables, which are still accepted, each before the name of today.
+const FORMER: [(&str, &str); 1] = [("incident", "problem")];
+
 /// All of them.
 pub(super) fn schema() -> Schema {
     KINDS_OF.iter().map(|kind| row(kind.name, &kind.keys())).collect()
@@ -154,9 +159,12 @@ pub fn expectations(content: &[u8], file: &str) -> Result<Json, Mistake> {
     let mut all = Map::from_iter([("file".to_owned(), Json::from(file))]);
     for kind in &KINDS_OF {
         let keys = kind.keys();
-        let given = tables(file, &root, kind.name, kind.name)?;
-        let read = |table| FoundKeys::read(file, kind.name, table, &keys, &[]);
-        let entries: Vec<FoundKeys<'_>> = given.into_iter().map(read).collect::<Result<_, _>>()?;
+        let former = FORMER.iter().filter(|(_, today)| *today == kind.name).map(|(name, _)| *name);
+        let mut entries = Vec::new();
+        for name in iter::once(kind.name).chain(former) {
+            let read = |table| FoundKeys::read(file, name, table, &keys, &[]);
+            entries.extend(tables(file, &root, name, name)?.into_iter().map(read).collect::<Result<Vec<_>, _>>()?);
+        }
         let normal = |found: &FoundKeys<'_>| {
             let mut entry = (kind.normal)(found)?;
             if let Some(entry) = entry.as_object_mut() {
@@ -173,7 +181,8 @@ pub fn expectations(content: &[u8], file: &str) -> Result<Json, Mistake> {
 /// Checks the names at the top.
 fn names(root: &TomlTable, file: &str) -> Result<(), Mistake> {
     let allowed: Vec<_> = KINDS_OF.iter().map(|kind| (kind.name, format!("[[{}]]", kind.name))).collect();
-    match root.keys.iter().find(|(name, _)| !allowed.iter().any(|one| one.0 == name.text)) {
+    let is_known = |name: &str| allowed.iter().any(|one| one.0 == name) || FORMER.iter().any(|one| one.0 == name);
+    match root.keys.iter().find(|(name, _)| !is_known(&name.text)) {
         Some((name, _)) => Err(unknown(&at(file, name.line), "", &name.text, &allowed)),
         None => Ok(()),
     }
@@ -356,7 +365,7 @@ fn kinds(found: &FoundKeys<'_>, key: &str) -> Result<(), Mistake> {
         return Ok(());
     }
     let likest = near(glob, KINDS.iter().map(|kind| kind.name), 3, 0.5);
-    let why = if likest.is_empty() { "no_incident" } else { "no_incident_near" };
+    let why = if likest.is_empty() { "no_problem" } else { "no_problem_near" };
     Err(refuse(found, key, why, likest.join(", ")))
 }
 

@@ -229,7 +229,7 @@ impl ValueForm {
             Self::Data => "data",
             Self::Abort => "abort",
             Self::EmcyCode => "emcy_code",
-            Self::Kinds => "incident_kind",
+            Self::Kinds => "problem_kind",
             Self::Often => "often",
         }
     }

@@ -13,7 +13,7 @@ const PARTS: &[&str] = &[
     "[[eds]]",
     "[[cob]]",
     "[[signal]]",
-    "[[incident]]",
+    "[[problem]]",
     "[[latency]]",
     "[[load]]",
     "[check]",
@@ -141,7 +141,7 @@ fn every_table_is_read() {
     let expected = concat!(
         "[[sdo]]\nnode = 5\nobject = '1017:00'\n[[state]]\nnode = 5\nstate = 'boot-up'\n[[signal]]\nselect = 'a'\n",
         "[[heartbeat]]\nnode = 5\nperiod_ms = 1\n[[sync]]\nperiod_us = 1\n[[emcy]]\noccurs = 'may'\ncode = '0xxx'\n",
-        "[[incident]]\noccurs = '1-'\n[[latency]]\nof = 'nmt'\nmax_ms = 1\n[[load]]\nmax_percent = 1\n"
+        "[[problem]]\noccurs = '1-'\n[[latency]]\nof = 'nmt'\nmax_ms = 1\n[[load]]\nmax_percent = 1\n"
     );
     let read = Expectations::normalized(expectations(expected.as_bytes(), "f").unwrap()).unwrap();
     assert!(read.diagnoses());

@@ -37,9 +37,9 @@ impl Status {
     /// Returns the word used in machine output.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Stands => "stands",
+            Self::Stands => "open",
             Self::Unknown => "unknown",
-            Self::Over => "over",
+            Self::Over => "ended",
             Self::Harmless => "harmless",
         }
     }

@@ -339,9 +339,9 @@ pub fn respect(out: &mut Vec<u8>, lang: Lang, differs: Differs) {
 pub fn problem(out: &mut Vec<u8>, lang: Lang, differs: Differs, one: &Incident, cause: Option<&Incident>) {
     match differs {
         Differs::Status => put!(out; match one.status {
-            Standing::Stands => lang.pick("未恢复", "not resolved"),
+            Standing::Stands => lang.pick("仍存在", "open"),
             Standing::Unknown => lang.pick("未知", "unknown"),
-            Standing::Over => lang.pick("已恢复", "resolved"),
+            Standing::Over => lang.pick("已恢复", "ended"),
             Standing::Harmless => lang.pick("无害", "harmless"),
         }),
         Differs::Duration => match lasted_ns(one) {

@@ -37,7 +37,7 @@ pub fn changed(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, (phase, id)
             because(out, lang, diagnosis, one, began_ns);
         }
         Phase::Ended => {
-            put!(out; lang.pick("# ✔ 已恢复 ", "# ✔ resolved "), number, ": ");
+            put!(out; lang.pick("# ✔ 已恢复 ", "# ✔ ended "), number, ": ");
             title(out, lang, one, began_ns);
         }
     }

@@ -1,4 +1,4 @@
-//! `incidents`: one row per problem at the end of the capture, in reading order.
+//! `problems`: one row per problem at the end of the capture, in reading order.
 //!
 //! A cause is before its consequences, which have one more `depth`. Must not: judge.
 
@@ -31,15 +31,15 @@ impl<'a> ProblemRow<'a> {
 table! {
     /// One row per problem, known at the end of the capture; a cause comes before its consequences.
     /// 一行是一个问题，读完整个记录后得出；原因排在它引起的问题之前
-    Incidents arrow "incidents", |cx, of: ProblemRow<'_>| {
+    Incidents arrow "problems", |cx, of: ProblemRow<'_>| {
         /// number of the problem
         /// 问题编号
         id: U32 = of.one.number;
         /// kind, as node-silent
         /// 问题类型，如 node-silent
-        incident: Word = of.one.kind.row().name;
-        /// stands, over, harmless or unknown
-        /// stands（存在）、over（已恢复）、harmless（无害）、unknown（未知）
+        problem: Word = of.one.kind.row().name;
+        /// open, ended, harmless or unknown
+        /// open（仍存在）、ended（已恢复）、harmless（无害）、unknown（未知）
         status: Word = of.one.status.name();
         /// impact, A (worst) and on
         /// 影响等级 A至E
@@ -73,7 +73,7 @@ table! {
         /// time from which it could be known
         /// 能够判定的时刻
         noticed_t: Moment or null = of.one.noticed.listed().t_ns;
-        /// frame of its end; empty while it stands
+        /// frame of its end; empty while it is open
         /// 结束时的帧；仍存在时为空
         end_frame: U64 or null = of.one.end.map(|end| end.listed().no);
         /// time of its end

@@ -120,7 +120,7 @@ impl Name {
         ("lanes", Name::Lanes),
         ("log", Name::Log),
         ("load", Name::Load),
-        ("incidents", Name::Incidents),
+        ("problems", Name::Incidents),
     ];
 }
 

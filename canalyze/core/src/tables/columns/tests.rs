@@ -59,7 +59,7 @@ listing: frame u64, t_ns i64?, cycle u64, bus word?, node u8?, service word, sev
 lanes: lane word, t_ns i64?, frame u64, cycle u64, state word?, class word?
 log: t_ns i64?, frame u64, cycle u64, bus word?, node u8?, level word, source word, code word, text utf8
 load: t_ns i64, frame u64, cycle u64, bus word?, frames u32, bits u64, frames_per_s f64, load_percent f64?
-incidents: id u32, incident word, status word, impact word, grade word, depth u64, bus word?, node u8?, nodes [u8?], \
+problems: id u32, problem word, status word, impact word, grade word, depth u64, bus word?, node u8?, nodes [u8?], \
 axis u8?, pdo word?, subject word, begin_frame u64, t_ns i64?, cycle u64, noticed_frame u64, noticed_t_ns i64?, \
 end_frame u64?, end_t_ns i64?, end_cycle u64?, count u64, root bool, cause u32?, cause_link word?, cause_grade word?, \
 delay_ns i64?, frames [u64?], message utf8, checks utf8, facts utf8

@@ -79,7 +79,9 @@ fn incident<'a>(
     let parts = || one.parts.iter().map(|part| ledger.number(*part)).filter(|part| *part > 0);
     let again = one.repeats.count > 1;
     obj! {
-        "kind": "incident", "phase": phase, "id": one.number,
+        "kind": "problem", "phase": phase, "id": one.number,
+        "problem": one.kind.row().name,
+        /// Deprecated: the former name of `problem`.
         "incident": one.kind.row().name,
         "subject": obj! {
             "bus": named(setting.buses.name(one.bus)),
@@ -155,7 +157,7 @@ fn whole<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis) -> impl WriteJson {
             "drives": array(view.drives.into_iter().map(move |state| drive::state(lang, state))),
             /// The last error code that it has reported and not cleared.
             "error": view.error.map(hex4),
-            "incident": view.incident.map(|id| ledger.number(id)),
+            "problem": view.incident.map(|id| ledger.number(id)),
         })),
         /// The number of nodes with heartbeats or responses to guarding.
         "heartbeats": beating,

@@ -40,6 +40,8 @@ pub fn write(out: &mut Vec<u8>, setting: DiffSetting<'_>, comparison: &Compariso
     obj! {
         "kind": "diff",
         "same": comparison.count() == 0,
+        "problems": comparison.stories.len(),
+        /// Deprecated: the former name of `problems`.
         "incidents": comparison.stories.len(),
         "differences": comparison.differences.len() as u64 + comparison.more,
         /// Differences that are not listed.
@@ -61,8 +63,8 @@ fn story<'a>(setting: DiffSetting<'a>, one: &'a StoryDifference) -> Option<impl 
     let (_, first) = sides.iter().flatten().next()?;
     let [a, b] = sides.map(|side| side.map(|(digest, one)| incident(setting, digest, one)));
     Some(obj! {
-        "kind": "incident_difference",
-        "incident": first.kind.row().name,
+        "kind": "problem_difference",
+        "problem": first.kind.row().name,
         /// The name in A, or in B where A lacks the bus.
         "bus": named(setting.bus(one.bus)),
         "node": first.subject.node,

@@ -86,7 +86,7 @@ fn said(said: &Said) -> impl WriteJson {
 
 fn problem(one: &Problem) -> impl WriteJson {
     // The node only where no other key has it.
-    obj! { "incident": one.name, "node": Given(one.node), "frame": one.frame }
+    obj! { "problem": one.name, "node": Given(one.node), "frame": one.frame }
 }
 
 fn quantity(quantity: Quantity) -> impl WriteJson {

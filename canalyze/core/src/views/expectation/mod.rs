@@ -50,7 +50,7 @@ pub struct Expectations {
     heartbeat: Vec<heartbeat::HeartbeatEntry>,
     sync: Vec<sync::SyncEntry>,
     emcy: Vec<emcy::EmcyEntry>,
-    incident: Vec<incident::IncidentEntry>,
+    problem: Vec<incident::IncidentEntry>,
     latency: Vec<latency::LatencyEntry>,
     load: Vec<load::LoadEntry>,
 }
@@ -71,7 +71,7 @@ impl Expectations {
         read.heartbeat.iter().try_for_each(heartbeat::HeartbeatEntry::check)?;
         read.sync.iter().try_for_each(sync::SyncEntry::check)?;
         read.emcy.iter().try_for_each(emcy::EmcyEntry::check)?;
-        read.incident.iter().try_for_each(incident::IncidentEntry::check)?;
+        read.problem.iter().try_for_each(incident::IncidentEntry::check)?;
         read.latency.iter().try_for_each(latency::LatencyEntry::check)?;
         read.load.iter().try_for_each(load::LoadEntry::check)?;
         Ok(read)
@@ -79,7 +79,7 @@ impl Expectations {
 
     /// Returns true if an expectation needs the diagnosis.
     pub fn diagnoses(&self) -> bool {
-        !self.incident.is_empty()
+        !self.problem.is_empty()
     }
 }
 
@@ -266,7 +266,7 @@ impl Verification {
             heartbeats: heartbeat::Heartbeats::new(file, &expected.heartbeat),
             syncs: sync::Syncs::new(file, &expected.sync),
             emergencies: emcy::EmcyExpectations::new(file, &expected.emcy),
-            incidents: incident::IncidentExpectations::new(file, &expected.incident),
+            incidents: incident::IncidentExpectations::new(file, &expected.problem),
             latencies: latency::Latencies::new(file, &expected.latency),
             loads: load::Loads::new(file, &expected.load, bit_rate),
             shown: shown::ShownTransfers::default(),

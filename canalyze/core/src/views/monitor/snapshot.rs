@@ -40,8 +40,8 @@ pub(super) fn snapshot(monitor: &Monitor, setting: Setting<'_>, known: Known<'_>
         "transfers": obj! { "running": view.running(), "done": monitor.transfers.list() },
         "findings": monitor.findings.list(),
         /// In the order of reading, each cause before its effects; while the capture goes on, as if it were over now.
-        "incidents": incidents.list(setting),
-        "incidents_more": incidents.more(),
+        "problems": incidents.list(setting),
+        "problems_more": incidents.more(),
     }
     .write_json(&mut out);
     out
@@ -123,7 +123,7 @@ impl<'a> View<'a> {
             "drive": self.drive(known, id, live, silent.is_some()),
             "findings": obj! { "error": error, "warning": warning },
             /// The first that concerns it and is not over.
-            "incident": self.incidents.of_node(lang, bus, id),
+            "problem": self.incidents.of_node(lang, bus, id),
         }
     }
 

@@ -438,16 +438,16 @@ fn lost(until_ms: Option<i64>) -> Value {
 #[test]
 fn what_goes_wrong_is_shown_while_it_goes_on_and_may_change_until_its_cause_is_known() {
     let shot = lost(None);
-    let first = &shot["incidents"][0];
+    let first = &shot["problems"][0];
     let of = |key: &str| first[key].clone();
-    assert_eq!((of("kind"), of("status"), of("node")), (json!("node-silent"), json!("stands"), json!(5)));
+    assert_eq!((of("kind"), of("status"), of("node")), (json!("node-silent"), json!("open"), json!(5)));
     assert_eq!((of("frame"), of("end_frame"), of("provisional")), (json!(39), json!(null), json!(true)));
-    assert_eq!(shot["nodes"][0]["incident"]["word"], "node silent");
-    assert_eq!((&shot["nodes"][1]["incident"], &shot["incidents_more"]), (&json!(null), &json!(0)));
+    assert_eq!(shot["nodes"][0]["problem"]["word"], "node silent");
+    assert_eq!((&shot["nodes"][1]["problem"], &shot["problems_more"]), (&json!(null), &json!(0)));
     // No further frame comes, and the other node is late by now, too.
     let later = lost(Some(103_200));
-    assert_eq!(later["incidents"].as_array().unwrap().len(), 1);
+    assert_eq!(later["problems"].as_array().unwrap().len(), 1);
     let silent = lost(Some(110_000));
-    let provisional: Vec<_> = silent["incidents"].as_array().unwrap().iter().map(|one| &one["provisional"]).collect();
-    assert_eq!(provisional.first(), Some(&&json!(false)), "{}", silent["incidents"]);
+    let provisional: Vec<_> = silent["problems"].as_array().unwrap().iter().map(|one| &one["provisional"]).collect();
+    assert_eq!(provisional.first(), Some(&&json!(false)), "{}", silent["problems"]);
 }

@@ -148,7 +148,7 @@ fn incident(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
     put!(out; lang.pick("影响", "impact "), row.impact.name(), ": ", lang.pick(impact.0, impact.1), "\n");
     if let Some((_, clause, codes, cause, ends)) = PROBLEMS.iter().find(|one| one.0 == row.kind) {
         put!(out; lang.pick("  常见原因: ", "  Usual cause: "), lang.of(*cause), "\n");
-        put!(out; lang.pick("  恢复条件: ", "  Resolved when: "), lang.of(*ends), "\n");
+        put!(out; lang.pick("  恢复条件: ", "  Ended when: "), lang.of(*ends), "\n");
         let codes = || stories::shown_by(row.kind).chain(codes.iter().copied());
         for (place, code) in codes().enumerate() {
             put!(out; if place > 0 { lang.pick("、", ", ") } else { lang.pick("  相关规则: ", "  Rules: ") });

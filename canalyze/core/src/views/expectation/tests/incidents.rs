@@ -16,41 +16,41 @@ fn silent(from: u64, until: u64) -> String {
 fn what_must_and_must_not_occur() {
     let (lost, back, well) = (silent(20, 60), silent(20, 30), silent(60, 60));
     let must = r#""kind":"node-silent","node":5,"occurs":[1,1]"#;
-    check("incident", &[must], &lost, &[]);
-    check("incident", &[must], &well, &[("EXP017", 120, 0, 1)]);
-    check("incident", &[r#""kind":"node-silent","occurs":[2,null]"#], &back, &[("EXP017", 110, 0, 1)]);
-    check("incident", &[r#""kind":"node-*","occurs":[0,0]"#], &back, &[("EXP018", 110, 39, 1)]);
-    check("incident", &[r#""kind":"node-silent","occurs":[0,0],"node":6"#], &lost, &[]);
-    check("incident", &[r#""kind":"bus-*","occurs":[0,0]"#], &lost, &[]);
+    check("problem", &[must], &lost, &[]);
+    check("problem", &[must], &well, &[("EXP017", 120, 0, 1)]);
+    check("problem", &[r#""kind":"node-silent","occurs":[2,null]"#], &back, &[("EXP017", 110, 0, 1)]);
+    check("problem", &[r#""kind":"node-*","occurs":[0,0]"#], &back, &[("EXP018", 110, 39, 1)]);
+    check("problem", &[r#""kind":"node-silent","occurs":[0,0],"node":6"#], &lost, &[]);
+    check("problem", &[r#""kind":"bus-*","occurs":[0,0]"#], &lost, &[]);
 }
 
 #[test]
 fn what_is_listed_may_occur_and_nothing_else() {
     let may = r#""kind":"node-silent","node":5,"occurs":[0,null]"#;
     let none = r#""occurs":[0,0]"#;
-    check("incident", &[none], &silent(20, 60), &[("EXP018", 80, 39, 1)]);
-    check("incident", &[may, none], &silent(20, 60), &[]);
-    check("incident", &[r#""kind":"node-silent","ends_within_ns":2000000000"#, none], &silent(20, 30), &[]);
+    check("problem", &[none], &silent(20, 60), &[("EXP018", 80, 39, 1)]);
+    check("problem", &[may, none], &silent(20, 60), &[]);
+    check("problem", &[r#""kind":"node-silent","ends_within_ns":2000000000"#, none], &silent(20, 30), &[]);
     let strict = r#""kind":"node-silent","node":5,"bus":"can0","occurs":[0,0]"#;
-    check("incident", &[may, strict], &silent(20, 60), &[("EXP018", 80, 39, 2)]);
+    check("problem", &[may, strict], &silent(20, 60), &[("EXP018", 80, 39, 2)]);
 }
 
 #[test]
 fn each_is_over_in_time() {
     let within = |ns: i64| format!(r#""kind":"node-silent","ends_within_ns":{ns}"#);
-    check("incident", &[&within(1_200_000_000)], &silent(20, 30), &[]);
-    check("incident", &[&within(1_000_000_000)], &silent(20, 30), &[("EXP019", 110, 39, 1)]);
-    check("incident", &[&within(1_000_000_000)], &silent(20, 60), &[("EXP019", 80, 39, 1)]);
-    check("incident", &[&within(60_000_000_000)], &silent(20, 60), &[("EXP015", 80, 39, 1)]);
+    check("problem", &[&within(1_200_000_000)], &silent(20, 30), &[]);
+    check("problem", &[&within(1_000_000_000)], &silent(20, 30), &[("EXP019", 110, 39, 1)]);
+    check("problem", &[&within(1_000_000_000)], &silent(20, 60), &[("EXP019", 80, 39, 1)]);
+    check("problem", &[&within(60_000_000_000)], &silent(20, 60), &[("EXP015", 80, 39, 1)]);
 }
 
 #[test]
 fn what_was_found_instead_is_said() {
-    let json = r#"{"file":"x.toml","incident":[{"line":1,"kind":"node-restarted","node":6,"occurs":[1,1]}]}"#;
+    let json = r#"{"file":"x.toml","problem":[{"line":1,"kind":"node-restarted","node":6,"occurs":[1,1]}]}"#;
     let rows = findings(json, &capture(&silent(20, 60)), Lang::En, 100);
     let message = "node 6: no \"node-restarted\"; found instead: node 5 node-silent (frame 39) (expected by x.toml:1)";
     assert_eq!(rows[0]["message"], message);
-    let found = serde_json::json!([{"incident": "node-silent", "node": 5, "frame": 39}]);
+    let found = serde_json::json!([{"problem": "node-silent", "node": 5, "frame": 39}]);
     assert_eq!(rows[0]["facts"]["found"], found);
     let rows = findings(json, &capture(&silent(20, 60)), Lang::Zh, 100);
     let message =
@@ -66,10 +66,10 @@ fn where_it_comes_from() {
     let before: Vec<_> = capture.split(';').filter(|frame| !frame.contains("705#05") || !late(frame)).collect();
     let capture = sorted(before);
     let from = |cause: &str| format!(r#""kind":"heartbeat-consumer-error","cause":"{cause}""#);
-    check("incident", &[&from("node-silent")], &capture, &[]);
+    check("problem", &[&from("node-silent")], &capture, &[]);
     let at = capture.split(';').position(|frame| frame.contains("086#")).unwrap() as u64 + 1;
     let last = capture.split(';').count() as u64;
-    check("incident", &[&from("bus-off")], &capture, &[("EXP020", last, at, 1)]);
+    check("problem", &[&from("bus-off")], &capture, &[("EXP020", last, at, 1)]);
 }
 
 /// Returns true if a frame comes later than 2 s.

@@ -146,10 +146,10 @@ fn mistakes_of_the_normalized_form() {
         r#"{"heartbeat":[{"line":1,"node":5,"period_ns":0,"tolerance_ns":0}]}"#,
         r#"{"sync":[{"line":1,"period_ns":1}]}"#,
         r#"{"emcy":[{"line":1,"occurs":"often"}]}"#,
-        r#"{"incident":[{"line":1}]}"#,
-        r#"{"incident":[{"line":1,"occurs":[2,1]}]}"#,
-        r#"{"incident":[{"line":1,"ends_within_ns":0}]}"#,
-        r#"{"incident":[{"line":1,"occurs":[0,0],"node":128}]}"#,
+        r#"{"problem":[{"line":1}]}"#,
+        r#"{"problem":[{"line":1,"occurs":[2,1]}]}"#,
+        r#"{"problem":[{"line":1,"ends_within_ns":0}]}"#,
+        r#"{"problem":[{"line":1,"occurs":[0,0],"node":128}]}"#,
         r#"{"latency":[{"line":1,"of":"sync","index":1,"max_ns":1}]}"#,
         r#"{"latency":[{"line":1,"of":"sdo","sub":1,"max_ns":1}]}"#,
         r#"{"load":[{"line":1,"max_percent":101}]}"#,
@@ -163,7 +163,7 @@ fn mistakes_of_the_normalized_form() {
         "state":"stopped","drive":null,"axis":null,"by_ns":null,"since":null,"stays":null}],"signal":[{"line":3,"bus":null,
         "select":"*","min":null,"max":null,"period_ns":null,"tolerance_ns":null}],"emcy":[{"line":4,"bus":null,"node":null,
         "code":null,"occurs":"may"}],"latency":[{"line":5,"bus":null,"node":null,"of":"sdo","index":null,"sub":null,
-        "pdo":null,"max_ns":1}],"incident":[{"line":7,"bus":null,"node":null,"kind":null,"occurs":[1,null],"ends_within_ns":null,"cause":null}],
+        "pdo":null,"max_ns":1}],"problem":[{"line":7,"bus":null,"node":null,"kind":null,"occurs":[1,null],"ends_within_ns":null,"cause":null}],
         "load":[{"line":6,"bus":null,"max_percent":50,"bit_rate":null,"window_ns":null}]}"#;
     assert!(Expectations::read(nulls).is_ok(), "{:?}", Expectations::read(nulls));
 }

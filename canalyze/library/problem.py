@@ -1,24 +1,25 @@
-"""Incidents of a capture as a list with small finders.
+"""Problems of a capture as a list with small finders.
 
-What an incident is stands in `canalyze.incident`. It must not read: what is in a list was read before.
+A problem itself is in `canalyze.problem`. It must not read: what is in a list was read before.
 """
 
 from collections.abc import Iterable
 from operator import attrgetter
-from typing import ClassVar, Self
+from typing import ClassVar, Literal, Self
 
-from canalyze.incident import STATUSES, Incident, Status
+from canalyze.library.former import renamed
 from canalyze.library.rows import Rows, one_of
+from canalyze.problem import FORMER_STATUSES, STATUSES, Problem, Status
 
 
-class Incidents(Rows[Incident]):
-    """Incidents of a capture, in the order of their numbers; `roots` are its stories."""
+class Problems(Rows[Problem]):
+    """Problems of a capture, in the order of their numbers; `roots` have no known cause."""
 
-    _what = "incidents"
-    _table = "incidents"
-    _row_type = Incident
+    _what = "problems"
+    _table = "problems"
+    _row_type = Problem
     _values: ClassVar = {
-        "incident": attrgetter("kind"),
+        "problem": attrgetter("kind"),
         "begin_frame": lambda one: one.begin.frame,
         "t_ns": lambda one: one.begin.t_ns,
         "noticed_frame": lambda one: one.noticed.frame,
@@ -32,14 +33,14 @@ class Incidents(Rows[Incident]):
         "checks": None,
         "facts": None,
     }
-    _first = ("id", "incident", "status", "node", "begin_frame", "t_ns", "cause", "message")
+    _first = ("id", "problem", "status", "node", "begin_frame", "t_ns", "cause", "message")
 
-    def __init__(self, rows: Iterable[Incident], order: Iterable[int] = ()) -> None:
+    def __init__(self, rows: Iterable[Problem], order: Iterable[int] = ()) -> None:
         """Take them. order: the numbers of the roots as they are read, the most important first."""
         super().__init__(rows)
         self._order = tuple(order)
 
-    def _one(self, row: Incident) -> str:
+    def _one(self, row: Problem) -> str:
         return f"{row.message} ({row.status}, frame {row.begin.frame})"
 
     @property
@@ -49,9 +50,11 @@ class Incidents(Rows[Incident]):
         return type(self)(sorted((one for one in self if one.is_root), key=lambda one: place.get(one.id, one.id)))
 
     @property
-    def standing(self) -> Self:
-        """Give those that are not over, roots and what follows from them."""
-        return self._only(lambda one: one.status == "stands")
+    def open(self) -> Self:
+        """Give those that have not ended, roots and what follows from them."""
+        return self._only(lambda one: one.status == "open")
+
+    standing = renamed("standing", "open")
 
     def of(
         self,
@@ -59,9 +62,13 @@ class Incidents(Rows[Incident]):
         node: int | None = None,
         bus: str | None = None,
         kind: str | None = None,
-        status: Status | None = None,
+        status: Status | Literal["stands", "over"] | None = None,
     ) -> Self:
-        """Give those that concern a node, on a bus, of a kind or status. ValueError for a status that there is none."""
+        """Give those that concern a node, on a bus, of a kind or status. ValueError for a status that there is none.
+
+        The former names of statuses, stands and over, are accepted for a release.
+        """
+        status = FORMER_STATUSES.get(status or "", status)
         one_of("status", status, STATUSES)
         return self._only(
             lambda one: (
@@ -72,17 +79,17 @@ class Incidents(Rows[Incident]):
             )
         )
 
-    def by_id(self, number: int) -> Incident:
+    def by_id(self, number: int) -> Problem:
         """Give the one of this number; KeyError where there is none."""
         found = next((one for one in self if one.id == number), None)
         if found is None:
             raise KeyError(number)
         return found
 
-    def cause_of(self, one: Incident) -> Incident | None:
-        """Give the incident that caused one; None where none is known."""
+    def cause_of(self, one: Problem) -> Problem | None:
+        """Give the problem that caused one; None where none is known."""
         return None if one.cause is None else self.by_id(one.cause.id)
 
-    def effects_of(self, one: Incident) -> Self:
-        """Give the incidents that one has caused."""
+    def effects_of(self, one: Problem) -> Self:
+        """Give the problems that one has caused."""
         return self._only(lambda other: other.id in one.effects)

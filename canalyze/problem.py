@@ -1,4 +1,4 @@
-"""Incidents of a capture, typed: what went wrong, to whom, from when to when, and why.
+"""Problems of a capture, typed: what went wrong, to whom, from when to when, and why.
 
 Read from the records of the core's diagnosis and never made here. It must not read a capture, judge or print.
 """
@@ -9,18 +9,34 @@ from typing import Any, Final, Literal, get_args
 
 from canalyze.values import Timed
 
-Status = Literal["stands", "unknown", "over", "harmless"]
-"""How an incident stands at the end: not over, not known, over, or explained by a command or by the recording."""
+Status = Literal["open", "unknown", "ended", "harmless"]
+"""The status of a problem at the end: not ended, not known, ended, or explained by a command or by the recording."""
 Impact = Literal["A", "B", "C", "D", "E"]
 """What it means: something has stopped, does not start, works worse, is wrong on the wire only, is worth knowing."""
 Grade = Literal["certain", "likely", "possible"]
 """How sure it is."""
 KEYS: Final = (
-    *("kind", "phase", "id", "incident", "subject", "status", "impact", "grade", "begin", "noticed", "end", "cause"),
+    *(
+        "kind",
+        "phase",
+        "id",
+        "problem",
+        "incident",
+        "subject",
+        "status",
+        "impact",
+        "grade",
+        "begin",
+        "noticed",
+        "end",
+        "cause",
+    ),
     *("effects", "steps", "facts", "checks", "findings", "message", "repeats"),
 )
-"""Of an incident in JSON lines."""
+"""Of a problem in JSON lines; `incident` is deprecated, the former name of `problem`."""
 STATUSES: Final[tuple[Status, ...]] = get_args(Status)
+FORMER_STATUSES: Final[Mapping[str, Status]] = {"stands": "open", "over": "ended"}
+"""Former names, which records of former releases have."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,10 +51,10 @@ class Moment(Timed):
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """From what an incident comes."""
+    """From what a problem comes."""
 
     id: int
-    """The number of the incident that caused it."""
+    """The number of the problem that caused it."""
     link: str
     """The rule of cause, as L1."""
     grade: Grade
@@ -46,7 +62,7 @@ class Cause:
 
 @dataclass(frozen=True, slots=True)
 class Step(Timed):
-    """A fact of an incident at a frame."""
+    """A fact of a problem at a frame."""
 
     frame: int
     t: str | None
@@ -58,11 +74,11 @@ class Step(Timed):
 
 
 @dataclass(frozen=True, slots=True)
-class Incident:
+class Problem:
     """What happened to one subject."""
 
     id: int
-    """Its number, from 1: in the order of reading, or that in which problems were told live."""
+    """Its number, from 1: in the order of reading, or that in which problems were reported live."""
     kind: str
     """What it is, as `node-silent`."""
     bus: str | None
@@ -80,12 +96,12 @@ class Incident:
     begin: Moment
     """The first evidence: the last sign of life, the frame that is wrong."""
     noticed: Moment
-    """The frame by which it could be told."""
+    """The frame by which it could be known."""
     end: Moment | None
-    """The frame by which it is over."""
+    """The frame by which it has ended."""
     cause: Cause | None
     effects: tuple[int, ...]
-    """The numbers of the incidents that it has caused."""
+    """The numbers of the problems that it has caused."""
     steps: tuple[Step, ...]
     facts: Mapping[str, Any] = field(repr=False)
     """What was measured; times in nanoseconds have `_ns` in their names."""
@@ -107,10 +123,22 @@ class Incident:
         return tuple(sorted({self.begin.frame, self.noticed.frame, *(step.frame for step in self.steps), *ends}))
 
 
-def incident(row: Mapping[str, Any]) -> Incident:
+def status(name: str) -> Status:
+    """Return a status by its name, or its former name."""
+    return next(one for one in STATUSES if one == FORMER_STATUSES.get(name, name))
+
+
+def current(row: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a record of a problem as it is written today; those of former releases have other names."""
+    if "problem" in row:
+        return row
+    return {**row, "kind": "problem", "problem": row["incident"], "status": status(row["status"])}
+
+
+def problem(row: Mapping[str, Any]) -> Problem:
     """Read a record of the core."""
     subject = row["subject"]
-    return Incident(
+    return Problem(
         **_told(row),
         **{name: subject.get(name) for name in ("node", "axis", "pdo")},
         **{name: row[name] for name in ("impact", "grade", "facts")},
@@ -124,13 +152,13 @@ def incident(row: Mapping[str, Any]) -> Incident:
 
 
 @dataclass(frozen=True, slots=True)
-class IncidentChange:
-    """What has become known of an incident while a bus is listened to; it may still change."""
+class ProblemChange:
+    """What has become known of a problem while a bus is listened to; it may still change."""
 
     phase: Literal["opened", "linked", "ended"]
-    """It begins to show, its cause is known or another, or it is over."""
+    """It begins to show, its cause is known or another, or it has ended."""
     id: int
-    """The number of the incident."""
+    """The number of the problem."""
     kind: str
     """What it is, as `node-silent`."""
     bus: str | None
@@ -145,17 +173,17 @@ class IncidentChange:
     """What it says, in one line."""
 
 
-def incident_change(row: Mapping[str, Any]) -> IncidentChange:
+def problem_change(row: Mapping[str, Any]) -> ProblemChange:
     """Read a record of the core that came before the end."""
-    return IncidentChange(phase=row["phase"], **_told(row))
+    return ProblemChange(phase=row["phase"], **_told(row))
 
 
 def _told(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Give what is known of an incident from its begin to its end."""
+    """Give what is known of a problem from its begin to its end."""
     subject, cause, end = row["subject"], row["cause"], row["end"]
     return {
         **{name: row[name] for name in ("id", "status", "message")},
-        "kind": row["incident"],
+        "kind": row["problem"],
         "bus": subject["bus"],
         "nodes": tuple(subject.get("nodes") or ([subject["node"]] if "node" in subject else [])),
         "begin": _moment(row["begin"]),
