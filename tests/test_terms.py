@@ -22,7 +22,7 @@ CORE = PACKAGE / "core" / "src"
 TABLES = PACKAGE / "core" / "words"
 CHINESE = re.compile("[\u4e00-\u9fff]")
 LITERAL = re.compile(r'"((?:[^"\\]|\\.)*)"', re.DOTALL)
-ROOMS = ("words", "wire", "rules", "stories")
+ROOMS = ("words", "wire", "rules", "problems")
 
 
 @dataclass(frozen=True)

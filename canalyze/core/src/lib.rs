@@ -5,7 +5,7 @@
 //! 1. The core does no I/O and reads no clock: same input, same output, whatever the chunking.
 //! 2. Decoding never fails and never panics. Every frame yields at least one event, in frame order. Only
 //!    opening or reading a file can fail.
-//! 3. No word for people outside `words`, `wire`, `rules` and `stories`; no protocol knowledge in Python.
+//! 3. No word for people outside `words`, `wire`, `rules` and `problems`; no protocol knowledge in Python.
 //! 4. Every finding names a frame. A transfer cut by the edge of the capture is incomplete, never a violation.
 //! 5. Only `python` knows Python. Python objects never cross per frame on the file path.
 //! 6. Memory is bounded whatever the input: at most 64 buses; per transfer a stated part is kept, length and
@@ -19,7 +19,7 @@
 //! # Rooms
 //!
 //! `bytes` (frames, readers, writers) -> `wire` (one frame by itself), `sdo` and `usdo` (transfers) -> `world` (objects,
-//! nodes, the bus) with `evidence` (what the recording did) -> `checks` and `rules` (findings) -> `stories` (problems) ->
+//! nodes, the bus) with `evidence` (what the recording did) -> `checks` and `rules` (findings) -> `problems` (problems) ->
 //! `views` and `tables` (output) -> `session` -> `python`. `words` has the languages. README.md of the crate has the way
 //! of a frame and how to add to it; `tests/layers/` keeps which module uses which, `tests/rooms.rs` the size of a room.
 
@@ -33,13 +33,13 @@ macro_rules! words {
 pub mod bytes;
 pub mod checks;
 pub mod evidence;
+pub mod problems;
 #[cfg(feature = "python")]
 mod python;
 pub mod rules;
 pub mod sdo;
 pub mod session;
 pub mod settings;
-pub mod stories;
 pub mod tables;
 pub mod usdo;
 pub mod views;

@@ -25,7 +25,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("session", 2_780),
     ("settings", 1_310),
     // With ends that a frame shows, second devices, and periods that stay changed.
-    ("stories", 6_640),
+    ("problems", 6_640),
     ("tables", 6_110),
     // The transfers of CANopen FD.
     ("usdo", 1_030),

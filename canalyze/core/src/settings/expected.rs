@@ -13,7 +13,7 @@ use super::schema::{FoundKeys, Schema, SchemaKey, ValueForm, at, key, needed, ro
 use super::toml::parse;
 use super::value::{TomlTable, Value};
 use crate::bytes::select::Select;
-use crate::stories::kinds::KINDS;
+use crate::problems::kinds::KINDS;
 use crate::views::expectation::state_names;
 use crate::world::drive::DriveState;
 

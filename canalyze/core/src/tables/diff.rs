@@ -3,7 +3,7 @@
 //! It must not decide what is a difference.
 
 use crate::bytes::frame::{BusId, FrameRef};
-use crate::stories::incident::Incident;
+use crate::problems::incident::Incident;
 use crate::views::diff::Comparison;
 use crate::views::diff::difference::Difference;
 use crate::views::diff::digest::Digest;

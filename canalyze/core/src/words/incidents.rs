@@ -2,12 +2,12 @@
 
 use super::digits::put;
 use super::{Lang, object, sentence};
+use crate::problems::incident::{Grade, Incident, IncidentId, members};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::rank::is_root;
+use crate::problems::{Diagnosis, Phase, titles};
 use crate::rules::Words;
 use crate::rules::finding::{Measured, Said};
-use crate::stories::incident::{Grade, Incident, IncidentId, members};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::rank::is_root;
-use crate::stories::{Diagnosis, Phase, titles};
 
 /// Maximum number of nodes that are named one by one.
 const NAMED: usize = 6;

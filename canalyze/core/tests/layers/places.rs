@@ -14,7 +14,7 @@ fn words_for_people_stand_in_words_and_rules() {
         // A kind of incident is declared with its words, and a record with the documentation of its columns, like a rule.
         let records =
             ["tables::table", "tables::columns", "tables::jsonl::note", "tables::jsonl::pdo", "tables::jsonl::pdos"];
-        let declared = ["rules", "stories::kinds", "stories::sayings", "stories::apart"]
+        let declared = ["rules", "problems::kinds", "problems::sayings", "problems::apart"]
             .iter()
             .chain(&records)
             .any(|room| belongs(&module, room));
@@ -46,7 +46,7 @@ fn states_are_followed_in_few_files() {
         };
         let found: Vec<_> = product.iter().filter(|(_, source)| matches(source)).map(|(module, _)| module).collect();
         assert!((1..=FOLLOWERS).contains(&found.len()), "{message} is matched in {found:?}");
-        let views = found.iter().filter(|module| ["views", "stories"].iter().any(|room| belongs(module, room)));
+        let views = found.iter().filter(|module| ["views", "problems"].iter().any(|room| belongs(module, room)));
         assert_eq!(views.count(), 0, "a view follows {message} instead of changes: {found:?}");
     }
 }

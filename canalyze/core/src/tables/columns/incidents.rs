@@ -4,9 +4,9 @@
 
 use super::column::{Batch, Table};
 use super::{Collector, Ends, TableContext};
-use crate::stories::incident::{Incident, Link, members};
-use crate::stories::rank::{is_root, stories};
-use crate::stories::{Diagnosis, advice};
+use crate::problems::incident::{Incident, Link, members};
+use crate::problems::rank::{is_root, stories};
+use crate::problems::{Diagnosis, advice};
 use crate::tables::jsonl;
 use crate::tables::setting::Setting;
 use crate::tables::table::{Duration, Json, Moment, Name, Text, Truth, U8, U8s, U32, U64, U64s, Word, table};

@@ -3,9 +3,9 @@
 use super::obj::{Given, Obj, Values, WriteJson, array, hex2, hex4, map, named, obj, pdo, raw, text, time};
 use super::{Setting, facts};
 use crate::bytes::frame::FrameRef;
-use crate::stories::incident::{Incident, IncidentId, Status, members};
-use crate::stories::rank::{is_root, roots};
-use crate::stories::{Diagnosis, Phase, advice, apart};
+use crate::problems::incident::{Incident, IncidentId, Status, members};
+use crate::problems::rank::{is_root, roots};
+use crate::problems::{Diagnosis, Phase, advice, apart};
 use crate::wire::error_control;
 use crate::words::digits::put;
 use crate::words::incidents as words;

@@ -2,7 +2,7 @@
 //! closes them. `a` and `b` are the content of each capture, or null.
 
 use super::obj::{WriteJson, array, hex2, hex4, hex8, named, obj, pdo, raw, text, time};
-use crate::stories::incident::Incident;
+use crate::problems::incident::Incident;
 use crate::tables::diff::{DiffSetting, extents};
 use crate::tables::jsonl::sdo::side as by;
 use crate::views::diff::Comparison;

@@ -8,12 +8,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::bytes::frame::{BusId, Buses, CanId, Frame, FrameRef};
+use crate::problems::Diagnosis;
+use crate::problems::incident::Incident;
+use crate::problems::rank::is_root;
 use crate::rules::finding::{Code, Facts, Finding};
 use crate::sdo::transfer::{Abort, Direction, Mode, Status, Transfer};
 use crate::sdo::wire::Mux;
-use crate::stories::Diagnosis;
-use crate::stories::incident::Incident;
-use crate::stories::rank::is_root;
 use crate::wire::cob_id::Role;
 use crate::wire::message::Message;
 use crate::wire::pdo::mapping::Mapping;

@@ -10,10 +10,10 @@ use super::DiffSettings;
 use super::alignment::Alignment;
 use super::digest::{CapturePlace, Digest};
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::problems::incident::{Incident, Status};
+use crate::problems::kinds::IncidentKind;
 use crate::rules::finding::Quantity;
 use crate::sdo::wire::Mux;
-use crate::stories::incident::{Incident, Status};
-use crate::stories::kinds::IncidentKind;
 
 /// Commands and repeated frames this long before an incident may explain it, in ns.
 const CONTEXT_NS: i64 = 3_000_000_000;

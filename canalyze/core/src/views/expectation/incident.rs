@@ -12,11 +12,11 @@ use serde::Deserialize;
 use super::{Breach, Closing, EntryPlace, check_node, check_times, mistake};
 use crate::bytes::frame::FrameRef;
 use crate::bytes::select::Select;
+use crate::problems::Diagnosis;
+use crate::problems::incident::{Grade, Incident, Status};
+use crate::problems::rank::{is_root, roots};
 use crate::rules::Problem;
 use crate::rules::expectation::{Exp015, Exp017, Exp018, Exp019, Exp020};
-use crate::stories::Diagnosis;
-use crate::stories::incident::{Grade, Incident, Status};
-use crate::stories::rank::{is_root, roots};
 
 /// Maximum number of problems that are named one by one.
 const NAMED: usize = 5;

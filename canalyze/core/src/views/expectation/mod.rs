@@ -29,11 +29,11 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use crate::bytes::frame::{BusId, Buses, Frame, FrameRef, MAX_BUSES};
+use crate::problems::Diagnosis;
 use crate::rules::expectation::Exp015;
 use crate::rules::finding::{Deviation, Facts, Finding, Unmet};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
-use crate::stories::Diagnosis;
 use crate::wire::message::Message;
 use crate::wire::usdo::Pdu;
 use crate::world::change::{Change, EmcyChange};

@@ -6,9 +6,9 @@
 use super::clock::CaptureClock;
 use super::{Known, Monitor};
 use crate::bytes::frame::BusId;
-use crate::stories::incident::{Incident, IncidentId, Status, members};
-use crate::stories::rank::{is_root, stories};
-use crate::stories::{Diagnosis, advice};
+use crate::problems::incident::{Incident, IncidentId, Status, members};
+use crate::problems::rank::{is_root, stories};
+use crate::problems::{Diagnosis, advice};
 use crate::tables::jsonl::Setting;
 use crate::tables::jsonl::obj::{WriteJson, array, obj, text};
 use crate::words::{Lang, incidents as words};

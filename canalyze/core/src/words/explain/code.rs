@@ -7,10 +7,10 @@
 //! time`). Must not: look at a frame or a device description.
 
 use crate::bytes::frame::CanId;
+use crate::problems;
+use crate::problems::kinds::{Impact, IncidentKind, KINDS};
 use crate::rules::{Code, RULES, Words};
 use crate::sdo::abort_code::AbortCode;
-use crate::stories;
-use crate::stories::kinds::{Impact, IncidentKind, KINDS};
 use crate::wire::cob_id::predefined;
 use crate::wire::emcy;
 use crate::wire::error_control;
@@ -149,7 +149,7 @@ fn incident(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
     if let Some((_, clause, codes, cause, ends)) = PROBLEMS.iter().find(|one| one.0 == row.kind) {
         put!(out; lang.pick("  常见原因: ", "  Usual cause: "), lang.of(*cause), "\n");
         put!(out; lang.pick("  恢复条件: ", "  Ended when: "), lang.of(*ends), "\n");
-        let codes = || stories::shown_by(row.kind).chain(codes.iter().copied());
+        let codes = || problems::shown_by(row.kind).chain(codes.iter().copied());
         for (place, code) in codes().enumerate() {
             put!(out; if place > 0 { lang.pick("、", ", ") } else { lang.pick("  相关规则: ", "  Rules: ") });
             put!(out; code.rule().id, " ", code.rule().name);

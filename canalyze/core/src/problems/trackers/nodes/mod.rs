@@ -12,18 +12,18 @@ use std::collections::BTreeMap;
 
 use super::commanded::Commanded;
 use crate::bytes::frame::FrameRef;
+use crate::problems::incident::{StepRole, bit};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::ledger::LedgerPlace;
+use crate::problems::sayings::Saying;
+use crate::problems::scene::Scene;
 use crate::rules::finding::Quantity;
-use crate::stories::incident::{StepRole, bit};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::ledger::LedgerPlace;
-use crate::stories::sayings::Saying;
-use crate::stories::scene::Scene;
 use crate::wire::error_control::OPERATIONAL;
 use crate::wire::nmt::START;
 
 /// The open incidents of the nodes of a bus.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct NodeIncidents {
+pub(in crate::problems) struct NodeIncidents {
     silent: BTreeMap<u8, LedgerPlace>,
     /// Silent nodes that have sent other frames since, but no heartbeat: the incident and the first such frame.
     mute: BTreeMap<u8, (LedgerPlace, FrameRef)>,
@@ -59,7 +59,7 @@ struct IgnoredRpdos {
 
 impl NodeIncidents {
     /// Records a boot-up of a node.
-    pub(in crate::stories) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         let at = scene.at;
         let was = scene.heard.is_operational(node) || self.was_operational & bit(node) != 0;
         self.booted.insert(node, at);
@@ -103,7 +103,7 @@ impl NodeIncidents {
     }
 
     /// Processes a state shown by error control.
-    pub(in crate::stories) fn state(&mut self, node: u8, state: u8, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn state(&mut self, node: u8, state: u8, scene: &mut Scene<'_>) {
         if state != OPERATIONAL {
             return;
         }
@@ -138,12 +138,12 @@ impl NodeIncidents {
     }
 
     /// Returns true if an incident ends only once its node is Operational.
-    pub(in crate::stories) fn waits(&self, place: LedgerPlace) -> bool {
+    pub(in crate::problems) fn waits(&self, place: LedgerPlace) -> bool {
         self.waiting.values().flatten().any(|other| *other == place)
     }
 
     /// Returns true if a node is expected to become Operational.
-    pub(in crate::stories) fn is_waiting(&self, node: u8) -> bool {
+    pub(in crate::problems) fn is_waiting(&self, node: u8) -> bool {
         self.waiting.contains_key(&node)
             || self.owing.contains_key(&node)
             || self.ignored.contains_key(&node)
@@ -151,12 +151,12 @@ impl NodeIncidents {
     }
 
     /// Returns true if a node is silent.
-    pub(in crate::stories) fn is_silent(&self, node: u8) -> bool {
+    pub(in crate::problems) fn is_silent(&self, node: u8) -> bool {
         self.silent.contains_key(&node)
     }
 
     /// Returns the last boot-up of the nodes of an incident that are back without being Operational.
-    pub(in crate::stories) fn back(&self, place: LedgerPlace) -> Option<FrameRef> {
+    pub(in crate::problems) fn back(&self, place: LedgerPlace) -> Option<FrameRef> {
         let waiting = self.waiting.iter().filter(|(_, places)| places.contains(&place));
         waiting.filter_map(|(node, _)| self.booted.get(node).copied()).max_by_key(|at| at.no)
     }

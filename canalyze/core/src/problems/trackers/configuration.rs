@@ -8,15 +8,15 @@ use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
 use crate::checks::pdo::configuration::pdo_parameter;
+use crate::problems::incident::{IncidentId, StepRole, Subject, bit};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::ledger::LedgerPlace;
+use crate::problems::sayings::Saying;
+use crate::problems::scene::Scene;
 use crate::rules::finding::{Finding, Quantity};
 use crate::sdo::abort_code::AbortCode;
 use crate::sdo::transfer::{Abort, Direction, Status, Transfer};
 use crate::sdo::wire::{Mux, Side};
-use crate::stories::incident::{IncidentId, StepRole, Subject, bit};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::ledger::LedgerPlace;
-use crate::stories::sayings::Saying;
-use crate::stories::scene::Scene;
 
 /// Minimum pause that ends a run of writes, in ns.
 const PAUSE_NS: i64 = 2_000_000_000;
@@ -28,7 +28,7 @@ const LONGEST: usize = 8;
 
 /// The open incidents of configuration on a bus.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct Configurations {
+pub(in crate::problems) struct Configurations {
     open: BTreeMap<u8, (LedgerPlace, Vec<Refused>)>,
     /// The last request to each node that has never been heard.
     asked: BTreeMap<u8, FrameRef>,
@@ -75,7 +75,7 @@ fn given_up(transfer: &Transfer, scene: &mut Scene<'_>) {
 
 impl Configurations {
     /// Processes the end of an SDO transfer.
-    pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         if transfer.direction != Direction::Download {
             return;
         }
@@ -93,12 +93,12 @@ impl Configurations {
     }
 
     /// Records a request to a node that has never been heard.
-    pub(in crate::stories) fn asked(&mut self, node: u8, at: FrameRef) {
+    pub(in crate::problems) fn asked(&mut self, node: u8, at: FrameRef) {
         self.asked.insert(node, at);
     }
 
     /// Records the abort of a client's request to a node that has never been heard.
-    pub(in crate::stories) fn given_up(&mut self, node: u8, code: AbortCode, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn given_up(&mut self, node: u8, code: AbortCode, scene: &mut Scene<'_>) {
         let Some(begin) = self.asked.remove(&node).filter(|_| code.is_timeout()) else { return };
         let known =
             scene.ledger.last(scene.id, |one| one.kind == IncidentKind::NodeAbsent && one.subject.node == Some(node));
@@ -116,7 +116,7 @@ impl Configurations {
 
     /// Ends the incidents of a node that was requested in vain and is now heard; `booted`: by its boot-up.
     #[inline]
-    pub(in crate::stories) fn heard(&mut self, node: u8, booted: bool, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn heard(&mut self, node: u8, booted: bool, scene: &mut Scene<'_>) {
         if self.missed.is_empty() {
             return;
         }
@@ -221,7 +221,7 @@ impl Configurations {
     }
 
     /// Records that the NMT master started nodes, one bit each, without making up for their refused writes.
-    pub(in crate::stories) fn started(&mut self, nodes: u128, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn started(&mut self, nodes: u128, scene: &mut Scene<'_>) {
         for (node, (place, _)) in &self.open {
             if nodes & bit(*node) != 0
                 && let Some(one) = scene.ledger.get_mut(*place)
@@ -234,7 +234,7 @@ impl Configurations {
     }
 
     /// Adds the finding that a refused write was not made up for (SDO018), at the end of the capture.
-    pub(in crate::stories) fn stays(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn stays(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let open = self.open.get(&node).map(|(place, _)| *place);
         let place = open.or_else(|| scene.ledger.last(scene.id, |one| one.holds(finding.at.no)));
         if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place))
@@ -245,7 +245,7 @@ impl Configurations {
     }
 
     /// Ends the refused writes of a node that booted.
-    pub(in crate::stories) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         if let Some((place, _)) = self.open.remove(&node)
             && let Some(one) = scene.ledger.get_mut(place)
         {

@@ -5,16 +5,16 @@
 use super::AGAIN_NS;
 use crate::bytes::frame::FrameRef;
 use crate::checks::pdo::configuration::pdo_parameter;
+use crate::problems::incident::{Incident, StepRole, Subject};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::ledger::{DOUBLE_NS, LedgerPlace};
+use crate::problems::sayings::Saying;
+use crate::problems::scene::Scene;
+use crate::problems::signs::{self, Ends};
 use crate::rules::Measured;
 use crate::rules::finding::{Code, Finding, Quantity};
 use crate::sdo::transfer::Transfer;
 use crate::sdo::wire::Mux;
-use crate::stories::incident::{Incident, StepRole, Subject};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::ledger::{DOUBLE_NS, LedgerPlace};
-use crate::stories::sayings::Saying;
-use crate::stories::scene::Scene;
-use crate::stories::signs::{self, Ends};
 
 /// Maximum distance of problems of one SDO server that are one, in ns.
 const ONE_TRANSFER_NS: i64 = 2_000_000_000;
@@ -27,11 +27,11 @@ const NO_LONGER_NS: i64 = 2_000_000_000;
 /// Maximum time from the first to the last node that a master stops guarding, in ns.
 const MASTER_NS: i64 = 5_000_000_000;
 /// Number of times from which an incident is still open at the end of the capture if the next time is not due yet.
-pub(in crate::stories) const GOES_ON: u64 = 3;
+pub(in crate::problems) const GOES_ON: u64 = 3;
 
 /// The open incidents.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct RuleIncidents {
+pub(in crate::problems) struct RuleIncidents {
     open: Vec<(LedgerPlace, Ends)>,
     /// The last time of incidents that end at once.
     last: Vec<(LedgerPlace, FrameRef)>,
@@ -39,20 +39,20 @@ pub(in crate::stories) struct RuleIncidents {
 
 /// A sign that may end incidents.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::stories) struct Sign {
-    pub(in crate::stories) ends: Ends,
-    pub(in crate::stories) node: Option<u8>,
-    pub(in crate::stories) pdo: Option<(bool, u16)>,
+pub(in crate::problems) struct Sign {
+    pub(in crate::problems) ends: Ends,
+    pub(in crate::problems) node: Option<u8>,
+    pub(in crate::problems) pdo: Option<(bool, u16)>,
     /// Length of the PDO in bytes.
-    pub(in crate::stories) length: u64,
-    pub(in crate::stories) object: Option<Mux>,
+    pub(in crate::problems) length: u64,
+    pub(in crate::problems) object: Option<Mux>,
     /// The node has booted.
-    pub(in crate::stories) boot_up: bool,
+    pub(in crate::problems) boot_up: bool,
 }
 
 impl Sign {
     /// Makes a sign of a node, or of the bus.
-    pub(in crate::stories) fn of(ends: Ends, node: Option<u8>) -> Self {
+    pub(in crate::problems) fn of(ends: Ends, node: Option<u8>) -> Self {
         Self { ends, node, pdo: None, length: 0, object: None, boot_up: false }
     }
 }
@@ -81,7 +81,7 @@ fn is_sync(kind: IncidentKind) -> bool {
 
 impl RuleIncidents {
     /// Processes a finding; returns its incident if that is new.
-    pub(in crate::stories) fn found(&mut self, finding: &Finding, scene: &mut Scene<'_>) -> Option<LedgerPlace> {
+    pub(in crate::problems) fn found(&mut self, finding: &Finding, scene: &mut Scene<'_>) -> Option<LedgerPlace> {
         let (code, kind, least, ends) = signs::of(finding.code)?;
         let at = finding.about().unwrap_or(finding.at);
         let pdo =
@@ -280,7 +280,7 @@ impl RuleIncidents {
 
     /// Processes the end of a download that failed, or was taken although it was wrong: nothing but a write of the same
     /// object makes it good.
-    pub(in crate::stories) fn not_written(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn not_written(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         for (place, ends) in self.open.iter_mut().filter(|(_, ends)| matches!(ends, Ends::Transferred | Ends::Answered))
         {
             let Some(one) = scene.ledger.get_mut(*place) else { continue };
@@ -296,17 +296,17 @@ impl RuleIncidents {
 
     /// Returns true if nothing is open.
     #[inline]
-    pub(in crate::stories) fn is_empty(&self) -> bool {
+    pub(in crate::problems) fn is_empty(&self) -> bool {
         self.open.is_empty()
     }
 
     /// Returns true if the length of a PDO matters.
-    pub(in crate::stories) fn measures(&self) -> bool {
+    pub(in crate::problems) fn measures(&self) -> bool {
         self.open.iter().any(|(_, ends)| *ends == Ends::Length)
     }
 
     /// Processes a sign that may end incidents.
-    pub(in crate::stories) fn sign(&mut self, sign: Sign, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn sign(&mut self, sign: Sign, scene: &mut Scene<'_>) {
         if self.open.is_empty() {
             return;
         }
@@ -359,7 +359,7 @@ impl RuleIncidents {
     }
 
     /// Ends incidents at the end of the capture, except those that go on.
-    pub(in crate::stories) fn finish(&mut self, end: FrameRef, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn finish(&mut self, end: FrameRef, scene: &mut Scene<'_>) {
         stopped_together(scene);
         for (place, last) in self.last.drain(..) {
             let Some(one) = scene.ledger.get_mut(place).filter(|one| !one.clue.lasts) else { continue };

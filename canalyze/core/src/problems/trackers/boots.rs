@@ -7,13 +7,13 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
+use crate::problems::incident::{Grade, Incident, StepRole, Subject, bit};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::sayings::Saying;
+use crate::problems::scene::{Heard, Scene};
 use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
-use crate::stories::incident::{Grade, Incident, StepRole, Subject, bit};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::sayings::Saying;
-use crate::stories::scene::{Heard, Scene};
 
 /// Time after which a node without a start command, while others run, is considered not started, in ns.
 const WAITING_NS: i64 = 5_000_000_000;
@@ -39,7 +39,7 @@ struct Boot {
 
 /// The nodes that wait for their start command.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct Boots {
+pub(in crate::problems) struct Boots {
     waiting: BTreeMap<u8, Boot>,
     /// True once the NMT master has started a node.
     starts: bool,
@@ -47,7 +47,7 @@ pub(in crate::stories) struct Boots {
 
 impl Boots {
     /// Records a boot-up.
-    pub(in crate::stories) fn booted(&mut self, node: u8, at: FrameRef) {
+    pub(in crate::problems) fn booted(&mut self, node: u8, at: FrameRef) {
         let reads = self.waiting.get(&node).map_or((0, at, at), |boot| (boot.reads, boot.first, boot.last));
         let (reads, first, last) = reads;
         let begin = self.waiting.get(&node).map_or(at, |boot| boot.begin);
@@ -55,7 +55,7 @@ impl Boots {
     }
 
     /// Removes nodes started by the NMT master, one bit each.
-    pub(in crate::stories) fn started(&mut self, nodes: u128) {
+    pub(in crate::problems) fn started(&mut self, nodes: u128) {
         self.starts |= nodes != 0;
         if !self.waiting.is_empty() {
             self.waiting.retain(|node, _| nodes & bit(*node) == 0);
@@ -63,7 +63,7 @@ impl Boots {
     }
 
     /// Processes an SDO transfer, which may be a step of a boot.
-    pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, heard: &Heard) {
+    pub(in crate::problems) fn transfer(&mut self, transfer: &Transfer, heard: &Heard) {
         let (node, at) = (transfer.node, transfer.first);
         let done = transfer.outcome.status == Status::Ok;
         let Some(mux) = transfer.mux.filter(|_| done && !heard.is_operational(node)) else { return };
@@ -91,7 +91,7 @@ impl Boots {
     }
 
     /// Reports nodes, at the end of the capture, that are present and were read, but never started while others run.
-    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
         let running = scene.heard.operational & scene.heard.serving;
         for (node, boot) in std::mem::take(&mut self.waiting) {
             let long = scene.at.since(boot.begin).is_some_and(|since| since >= WAITING_NS);

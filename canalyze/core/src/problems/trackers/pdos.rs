@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use crate::bytes::frame::{CanId, Frame, FrameRef};
 use crate::checks::pdo::configuration::pdo_parameter;
+use crate::problems::incident::{StepRole, Subject};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::ledger::LedgerPlace;
+use crate::problems::sayings::Saying;
+use crate::problems::scene::Scene;
 use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Direction, Status, Transfer};
-use crate::stories::incident::{StepRole, Subject};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::ledger::LedgerPlace;
-use crate::stories::sayings::Saying;
-use crate::stories::scene::Scene;
 use crate::wire::error_control::OPERATIONAL;
 use crate::world::event::ProcessData;
 
@@ -56,7 +56,7 @@ struct Untaken {
 
 /// The PDOs of a bus.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct Pdos {
+pub(in crate::problems) struct Pdos {
     /// By node, true for a TPDO, and number.
     cyclic: BTreeMap<(u8, bool, u16), Cyclic>,
     untaken: BTreeMap<u32, Untaken>,
@@ -64,7 +64,7 @@ pub(in crate::stories) struct Pdos {
 
 impl Pdos {
     /// Processes a PDO.
-    pub(in crate::stories) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
         let at = frame.reference();
         if !self.untaken.is_empty() && !data.transmit {
             self.taken(frame.id, at, scene);
@@ -100,7 +100,7 @@ impl Pdos {
     }
 
     /// Processes a SYNC, with which a cycle ends.
-    pub(in crate::stories) fn sync(&mut self, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn sync(&mut self, scene: &mut Scene<'_>) {
         for ((node, transmit, number), one) in &mut self.cyclic {
             let subject = Subject { pdo: Some((*transmit, *number)), ..Subject::node(*node) };
             let [first, second] = one.now;
@@ -133,7 +133,7 @@ impl Pdos {
     }
 
     /// Processes the end of an SDO transfer: a PDO whose configuration changed may be sent otherwise.
-    pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer) {
+    pub(in crate::problems) fn transfer(&mut self, transfer: &Transfer) {
         let written = transfer.direction == Direction::Download && transfer.outcome.status == Status::Ok;
         let pdo = transfer.mux.filter(|_| written).and_then(|mux| pdo_parameter(mux.index));
         if let Some((_, true, number)) = pdo {
@@ -142,7 +142,7 @@ impl Pdos {
     }
 
     /// Processes the boot-up of a node, or a command that stops it: no RPDO is expected.
-    pub(in crate::stories) fn stopped(&mut self, node: u8) {
+    pub(in crate::problems) fn stopped(&mut self, node: u8) {
         self.cyclic.retain(|(of, ..), one| (node != 0 && *of != node) || one.stopped.is_some());
     }
 
@@ -157,7 +157,7 @@ impl Pdos {
 
     /// Processes a data frame that is no known PDO.
     #[inline]
-    pub(in crate::stories) fn unknown(&mut self, frame: &Frame, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn unknown(&mut self, frame: &Frame, scene: &mut Scene<'_>) {
         let id = frame.id.raw();
         let number = match id >> 8 {
             group @ 2..=5 if id & 0x80 == 0 && id & 0x7F != 0 && !frame.id.is_extended() => group as u16 - 1,

@@ -3,11 +3,11 @@
 //! A command to all nodes does not affect the controller that sends it, which continues without a boot-up.
 
 use crate::bytes::frame::FrameRef;
-use crate::stories::incident::{StepRole, bit};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::ledger::{Ledger, LedgerPlace};
-use crate::stories::sayings::Saying;
-use crate::stories::scene::Scene;
+use crate::problems::incident::{StepRole, bit};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::ledger::{Ledger, LedgerPlace};
+use crate::problems::sayings::Saying;
+use crate::problems::scene::Scene;
 
 /// A command that has not ended.
 #[derive(Clone, Copy, Debug)]

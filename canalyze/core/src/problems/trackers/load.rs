@@ -6,12 +6,12 @@
 
 use crate::bytes::frame::{CanId, Frame, FrameRef};
 use crate::evidence::period::recent::UsualGap;
+use crate::problems::incident::{Grade, StepRole, Subject};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::ledger::LedgerPlace;
+use crate::problems::sayings::Saying;
+use crate::problems::scene::Scene;
 use crate::rules::finding::Quantity;
-use crate::stories::incident::{Grade, StepRole, Subject};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::ledger::LedgerPlace;
-use crate::stories::sayings::Saying;
-use crate::stories::scene::Scene;
 use crate::wire::cob_id::Role as Carries;
 use crate::world::bus::Bus;
 
@@ -72,7 +72,7 @@ struct Window {
 
 /// The load of a bus.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct LoadIncident {
+pub(in crate::problems) struct LoadIncident {
     streams: Vec<Stream>,
     /// Number of floods so far.
     flooded: u32,
@@ -106,7 +106,7 @@ fn bits(frame: &Frame) -> i64 {
 impl LoadIncident {
     /// Processes a frame of the bus, with its node.
     #[inline]
-    pub(in crate::stories) fn frame(&mut self, frame: &Frame, node: Option<u8>, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn frame(&mut self, frame: &Frame, node: Option<u8>, scene: &mut Scene<'_>) {
         let Some(now) = frame.t_ns else { return };
         self.frames += 1;
         let size = bits(frame);
@@ -211,12 +211,12 @@ impl LoadIncident {
     }
 
     /// Concludes at the end of the capture.
-    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
         self.dry(scene.at, scene);
     }
 
     /// Ends the multiplied PDOs of a node that booted.
-    pub(in crate::stories) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         let sent = scene.ledger.last(scene.id, |one| {
             one.kind == IncidentKind::PdoMultiplied && one.subject.node == Some(node) && one.end.is_none()
         });
@@ -286,7 +286,7 @@ impl LoadIncident {
     }
 
     /// Records a start command of the NMT master to a running node.
-    pub(in crate::stories) fn started_again(&mut self, node: u8, bus: &Bus) {
+    pub(in crate::problems) fn started_again(&mut self, node: u8, bus: &Bus) {
         for (identifier, one) in self.streams.iter_mut().enumerate() {
             let of_node = matches!(bus.carries(identifier as u16), Carries::Tpdo { node: other, .. } if other == node);
             if of_node && one.usual.is_even() {

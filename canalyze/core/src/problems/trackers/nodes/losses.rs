@@ -4,13 +4,13 @@
 
 use super::NodeIncidents;
 use crate::bytes::frame::FrameRef;
+use crate::problems::incident::{Grade, Incident, StepRole, Subject, bit, members};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::ledger::LedgerPlace;
+use crate::problems::sayings::Saying;
+use crate::problems::scene::Scene;
+use crate::problems::trackers::AGAIN_NS;
 use crate::rules::finding::{Finding, Quantity};
-use crate::stories::incident::{Grade, Incident, StepRole, Subject, bit, members};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::ledger::LedgerPlace;
-use crate::stories::sayings::Saying;
-use crate::stories::scene::Scene;
-use crate::stories::trackers::AGAIN_NS;
 
 /// Maximum distance of silences with one cause, in ns.
 const TOGETHER_NS: i64 = 100_000_000;
@@ -19,7 +19,7 @@ const UNHEARD_NS: i64 = 400_000_000;
 
 impl NodeIncidents {
     /// Processes a frame of a node that is not a boot-up.
-    pub(in crate::stories) fn heard(&mut self, node: u8, heartbeat: bool, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn heard(&mut self, node: u8, heartbeat: bool, scene: &mut Scene<'_>) {
         if heartbeat && !self.mute.is_empty() {
             self.mute.remove(&node);
         }
@@ -48,7 +48,7 @@ impl NodeIncidents {
     }
 
     /// Records an overdue heartbeat (HBT002).
-    pub(in crate::stories) fn lost(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn lost(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         if let Some(one) = self.silent.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
             return one.found(finding);
         }
@@ -93,7 +93,7 @@ impl NodeIncidents {
     /// Attributes a loss reported by a consumer, but found by no rule, to the node that has not been heard for longest,
     /// if only one is missing. `watched`: the nodes that the consumer monitors, with their times in ns; `named`: the
     /// bytes of the emergency that may name the node.
-    pub(in crate::stories) fn missed(
+    pub(in crate::problems) fn missed(
         &mut self,
         consumer: u8,
         watched: &[(u8, i64)],
@@ -151,7 +151,7 @@ impl NodeIncidents {
     }
 
     /// Completes nodes whose other frames have stopped as well, at the end of the capture.
-    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
         // Other frames have come, but no heartbeat: it has stopped.
         for (node, (place, since)) in std::mem::take(&mut self.mute) {
             let (beat, end) = (scene.heard.last_heartbeat(node), scene.at);

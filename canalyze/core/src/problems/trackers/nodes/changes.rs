@@ -5,13 +5,13 @@
 use super::NodeIncidents;
 use super::losses::lost_with;
 use crate::bytes::frame::FrameRef;
+use crate::problems::incident::{StepRole, Subject, bit, members};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::ledger::LedgerPlace;
+use crate::problems::sayings::Saying;
+use crate::problems::scene::Scene;
+use crate::problems::trackers::AGAIN_NS;
 use crate::rules::finding::{Finding, Quantity};
-use crate::stories::incident::{StepRole, Subject, bit, members};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::ledger::LedgerPlace;
-use crate::stories::sayings::Saying;
-use crate::stories::scene::Scene;
-use crate::stories::trackers::AGAIN_NS;
 use crate::wire::error_control::OPERATIONAL;
 
 /// Maximum time from an emergency to a change of state caused by it, in ns.
@@ -23,7 +23,7 @@ const BACK_NS: i64 = 1_000_000_000;
 
 impl NodeIncidents {
     /// Records a boot-up without a command (NMT003).
-    pub(in crate::stories) fn restarted(&mut self, node: u8, finding: &Finding, was: bool, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn restarted(&mut self, node: u8, finding: &Finding, was: bool, scene: &mut Scene<'_>) {
         let at = finding.at;
         if let Some(place) = self.waiting.get(&node).and_then(|places| places.last()).copied()
             && let Some(one) = scene.ledger.get_mut(place)
@@ -146,7 +146,7 @@ impl NodeIncidents {
     }
 
     /// Records a change of state without a command (NMT004, NMT005).
-    pub(in crate::stories) fn changed(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn changed(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let Some(measured) = finding.measured() else { return };
         let (Some(Quantity::State(from)), Some(Quantity::State(to))) = (measured.get("from"), measured.get("to"))
         else {

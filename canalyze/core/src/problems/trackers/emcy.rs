@@ -6,14 +6,14 @@ use std::collections::BTreeMap;
 
 use super::AGAIN_NS;
 use crate::bytes::frame::FrameRef;
+use crate::problems::incident::{Incident, StepRole, Subject, bit};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::ledger::LedgerPlace;
+use crate::problems::sayings::Saying;
+use crate::problems::scene::Scene;
 use crate::rules::finding::{Finding, Quantity};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
-use crate::stories::incident::{Incident, StepRole, Subject, bit};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::ledger::LedgerPlace;
-use crate::stories::sayings::Saying;
-use crate::stories::scene::Scene;
 use crate::world::change::EmcyChange;
 
 /// Maximum distance of errors of one node with one cause, in ns.
@@ -29,9 +29,9 @@ const ERROR_CODE: u16 = 0x603F;
 /// Bit of the error register: communication (CiA 301, 7.5.2.2).
 const COMMUNICATION: u8 = 1 << 4;
 /// Error code of a loss reported by a heartbeat consumer (CiA 301, 7.2.7.1).
-pub(in crate::stories) const LIFE_GUARD: u16 = 0x8130;
+pub(in crate::problems) const LIFE_GUARD: u16 = 0x8130;
 /// Error code of an RPDO that did not come in time.
-pub(in crate::stories) const RPDO_TIMEOUT: u16 = 0x8250;
+pub(in crate::problems) const RPDO_TIMEOUT: u16 = 0x8250;
 
 /// Returns the kind of problem that an emergency error code reports.
 fn kind(code: u16) -> IncidentKind {
@@ -53,7 +53,7 @@ fn kind(code: u16) -> IncidentKind {
 
 /// The open incidents of emergencies on a bus.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct Emergencies {
+pub(in crate::problems) struct Emergencies {
     open: BTreeMap<u8, Vec<LedgerPlace>>,
     /// Nodes that have booted in the capture without an emergency since, one bit each.
     quiet: u128,
@@ -63,7 +63,7 @@ pub(in crate::stories) struct Emergencies {
 
 impl Emergencies {
     /// Processes an emergency that raises an error or clears errors.
-    pub(in crate::stories) fn emergency(&mut self, emergency: EmcyChange, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn emergency(&mut self, emergency: EmcyChange, scene: &mut Scene<'_>) {
         self.quiet &= !bit(emergency.node);
         let unsaid = scene.ledger.last(scene.id, |one| {
             one.kind == IncidentKind::RegisterWithoutEmcy
@@ -176,7 +176,7 @@ impl Emergencies {
 
     /// Completes incidents at the end of the capture with the known consumer times. A silence that a rule assumed by a
     /// time that is too short was none.
-    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
         for (node, (at, code)) in &self.read {
             let fault = |one: &Incident| one.kind == IncidentKind::AxisFault && one.subject.node == Some(*node);
             let place = scene.ledger.last(scene.id, |one| fault(one) && !one.has("code") && one.begin.no < at.no);
@@ -238,7 +238,7 @@ impl Emergencies {
     }
 
     /// Records an error register other than 0 without an emergency since the node booted.
-    pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         let node = transfer.node;
         let read = transfer.direction == Direction::Upload && transfer.outcome.status == Status::Ok;
         if let (true, Some(Mux { index: ERROR_CODE, sub: 0 }), [low, high]) = (read, transfer.mux, &*transfer.data.kept)
@@ -274,7 +274,7 @@ impl Emergencies {
     }
 
     /// Clears the errors of a node that booted.
-    pub(in crate::stories) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         self.quiet |= bit(node);
         for place in self.open.remove(&node).unwrap_or_default() {
             if let Some(one) = scene.ledger.get_mut(place) {
@@ -286,7 +286,7 @@ impl Emergencies {
     }
 
     /// Adds a finding about an emergency to the problem that it reports; returns true if there is one.
-    pub(in crate::stories) fn found(&self, node: u8, finding: &Finding, scene: &mut Scene<'_>) -> bool {
+    pub(in crate::problems) fn found(&self, node: u8, finding: &Finding, scene: &mut Scene<'_>) -> bool {
         let place = scene.ledger.last(scene.id, |one| one.subject.node == Some(node) && one.holds(finding.at.no));
         if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
             one.found(finding);

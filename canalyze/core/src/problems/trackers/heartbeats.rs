@@ -6,13 +6,13 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
+use crate::problems::incident::{Incident, StepRole, Subject};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::ledger::LedgerPlace;
+use crate::problems::sayings::Saying;
+use crate::problems::scene::Scene;
 use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Direction, Status, Transfer};
-use crate::stories::incident::{Incident, StepRole, Subject};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::ledger::LedgerPlace;
-use crate::stories::sayings::Saying;
-use crate::stories::scene::Scene;
 
 /// Consumer and producer heartbeat time (CiA 301, 7.5.2.18, 7.5.2.19).
 const CONSUMER_TIME: u16 = 0x1016;
@@ -28,7 +28,7 @@ const CONSUMER_TIMES: i64 = 3;
 
 /// The heartbeats of a bus that were switched off, and the nodes that booted.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct MissingHeartbeats {
+pub(in crate::problems) struct MissingHeartbeats {
     off: BTreeMap<u8, LedgerPlace>,
     /// The last transfer of a consumer heartbeat time with each node.
     consumers: BTreeMap<u8, FrameRef>,
@@ -40,7 +40,7 @@ pub(in crate::stories) struct MissingHeartbeats {
 
 impl MissingHeartbeats {
     /// Processes the end of an SDO transfer.
-    pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         let node = transfer.node;
         let index = transfer.mux.map(|mux| mux.index);
         if index == Some(CONSUMER_TIME) && transfer.outcome.status == Status::Ok {
@@ -75,7 +75,7 @@ impl MissingHeartbeats {
     }
 
     /// Processes a heartbeat, before it is recorded as the last one.
-    pub(in crate::stories) fn beat(&mut self, node: u8, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn beat(&mut self, node: u8, scene: &mut Scene<'_>) {
         if let Some(period) = scene.at.since(scene.heard.last_heartbeat(node)).filter(|period| *period > 0) {
             let (before, run) = self.periods.get(&node).copied().unwrap_or_default();
             let run = if is_same(before, period) { run.saturating_add(1) } else { 0 };
@@ -84,7 +84,7 @@ impl MissingHeartbeats {
     }
 
     /// Processes a boot-up.
-    pub(in crate::stories) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         if let Some(one) = self.off.remove(&node).and_then(|place| scene.ledger.get_mut(place)) {
             one.ends(scene.at);
         }
@@ -94,7 +94,7 @@ impl MissingHeartbeats {
     }
 
     /// Concludes at the end of the capture.
-    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
         // Heartbeats that are back at their period are no finding, nor are those after the first late one.
         for (node, (period, run)) in &self.periods {
             let late = |one: &Incident| {

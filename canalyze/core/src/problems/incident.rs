@@ -463,7 +463,7 @@ impl Incident {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stories::Ledger;
+    use crate::problems::Ledger;
 
     #[test]
     fn what_could_not_be_measured_is_no_fact() {

@@ -6,14 +6,14 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
+use crate::problems::incident::{Incident, StepRole, Subject};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::ledger::LedgerPlace;
+use crate::problems::sayings::Saying;
+use crate::problems::scene::Scene;
 use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::{Mux, Side};
-use crate::stories::incident::{Incident, StepRole, Subject};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::ledger::LedgerPlace;
-use crate::stories::sayings::Saying;
-use crate::stories::scene::Scene;
 
 /// Number of refused reads of one object, without one that succeeds, that are a problem.
 const READS: u64 = 5;
@@ -73,7 +73,7 @@ fn least(mux: Mux, abort: u32) -> u64 {
 
 /// The vain attempts on a bus.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct InVain {
+pub(in crate::problems) struct InVain {
     reads: BTreeMap<(u8, Mux), Tries>,
     /// The last reset of a node by command without a boot-up since, and resets with one.
     reset: BTreeMap<u8, FrameRef>,
@@ -83,7 +83,7 @@ pub(in crate::stories) struct InVain {
 
 impl InVain {
     /// Processes the end of an SDO transfer.
-    pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         let (Direction::Upload, Some(mux)) = (transfer.direction, transfer.mux) else { return };
         let key = (transfer.node, mux);
         match (transfer.outcome.status, transfer.outcome.abort) {
@@ -112,7 +112,7 @@ impl InVain {
     }
 
     /// Processes an NMT command to a node of its own; `ran`: the node was Operational.
-    pub(in crate::stories) fn commanded(&mut self, command: u8, node: u8, ran: bool, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn commanded(&mut self, command: u8, node: u8, ran: bool, scene: &mut Scene<'_>) {
         if matches!(command, 0x81 | 0x82) {
             // What has been started was not reset in vain before.
             if ran && self.resets.get(&node).is_some_and(|tries| tries.place.is_none()) {
@@ -127,7 +127,7 @@ impl InVain {
     }
 
     /// Processes a boot-up.
-    pub(in crate::stories) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         let Some(reset) = self.reset.remove(&node) else { return };
         let tries = self.resets.entry(node).or_insert(Tries::new(reset));
         if reset.since(tries.last).is_some_and(|since| since > RESETS_NS) && tries.place.is_none() {
@@ -137,7 +137,7 @@ impl InVain {
     }
 
     /// Concludes at the end of the capture.
-    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
         for (node, tries) in std::mem::take(&mut self.resets) {
             let Some(one) = tries.place.and_then(|place| scene.ledger.get_mut(place)) else { continue };
             // It runs for longer than it did between the resets.

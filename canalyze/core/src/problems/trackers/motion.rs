@@ -8,13 +8,13 @@ use std::collections::BTreeMap;
 
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::evidence::period::recent::UsualGap;
+use crate::problems::incident::{Grade, StepRole, Subject};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::ledger::LedgerPlace;
+use crate::problems::sayings::Saying;
+use crate::problems::scene::Scene;
 use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Status, Transfer};
-use crate::stories::incident::{Grade, StepRole, Subject};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::ledger::LedgerPlace;
-use crate::stories::sayings::Saying;
-use crate::stories::scene::Scene;
 use crate::wire::error_control::OPERATIONAL;
 use crate::wire::pdo::mapping::extract;
 use crate::world::drive::{self, DriveState};
@@ -91,7 +91,7 @@ struct Targets {
 
 /// The axes of a bus.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct Motions {
+pub(in crate::problems) struct Motions {
     axes: BTreeMap<AxisKey, AxisMotion>,
     targets: BTreeMap<AxisKey, Targets>,
 }
@@ -123,7 +123,7 @@ fn displayed(node: u8, mode: i8, scene: &mut Scene<'_>) {
 
 impl Motions {
     /// Processes a PDO of a drive with a known mapping.
-    pub(in crate::stories) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
         let (Signals::Mapped(mapping, _) | Signals::ByConsumer(mapping, ..)) = &data.content else { return };
         let mut target = None;
         // Commands precede reports; a PDO carries only one of them.
@@ -149,7 +149,7 @@ impl Motions {
     }
 
     /// Processes a value that was read or written by SDO.
-    pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         let Some(mux) = transfer.mux.filter(|_| transfer.outcome.status == Status::Ok) else { return };
         let (Some(axis), object) = (drive::axis(mux.index), first_axis(mux.index)) else { return };
         let raw = match transfer.data.kept.as_slice() {
@@ -161,7 +161,7 @@ impl Motions {
     }
 
     /// Forgets the controlword while a client writes it.
-    pub(in crate::stories) fn asked(&mut self, node: u8, index: u16) {
+    pub(in crate::problems) fn asked(&mut self, node: u8, index: u16) {
         if let Some(axis) = drive::axis(index).filter(|_| first_axis(index) == 0x6040)
             && let Some(axis) = self.axes.get_mut(&(node, axis))
         {
@@ -170,7 +170,7 @@ impl Motions {
     }
 
     /// Forgets the axes of a node that booted or was lost, and ends their incidents.
-    pub(in crate::stories) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         if self.axes.is_empty() {
             return;
         }
@@ -326,7 +326,7 @@ impl Motions {
         name: AxisKey,
         kind: IncidentKind,
         scene: &'a mut Scene<'_>,
-    ) -> Option<&'a mut crate::stories::incident::Incident> {
+    ) -> Option<&'a mut crate::problems::incident::Incident> {
         let open = &self.axes.get(&name)?.open;
         let (_, place) = open.iter().find(|(other, _)| *other == kind)?;
         scene.ledger.get_mut(*place)
@@ -371,7 +371,7 @@ impl Motions {
     }
 
     /// Records targets that have stopped although the axis is enabled, at the end of the capture.
-    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
         for (name, one) in std::mem::take(&mut self.targets) {
             let rest = scene.at.since(one.last).unwrap_or(0);
             let told = scene

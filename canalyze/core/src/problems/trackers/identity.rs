@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::{CanId, Frame, FrameRef, Kind};
+use crate::problems::incident::{Incident, Subject, bit};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::ledger::LedgerPlace;
+use crate::problems::scene::Scene;
 use crate::rules::finding::{Finding, Quantity};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
-use crate::stories::incident::{Incident, Subject, bit};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::ledger::LedgerPlace;
-use crate::stories::scene::Scene;
 
 /// The identity object (CiA 301, 7.5.2.21).
 const IDENTITY: u16 = 0x1018;
@@ -28,7 +28,7 @@ const KEPT: usize = 64;
 
 /// The identities and the open requests of a bus.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct Identities {
+pub(in crate::problems) struct Identities {
     /// The answer of a node to a part of its identity, and its boot-ups until then.
     known: BTreeMap<(u8, u8), (Vec<u8>, u32)>,
     boots: BTreeMap<u8, u32>,
@@ -52,13 +52,13 @@ pub(in crate::stories) struct Identities {
 
 impl Identities {
     /// Processes a boot-up.
-    pub(in crate::stories) fn booted(&mut self, node: u8) {
+    pub(in crate::problems) fn booted(&mut self, node: u8) {
         let boots = self.boots.entry(node).or_insert(0);
         *boots = boots.saturating_add(1);
     }
 
     /// Processes the end of an SDO transfer.
-    pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         let read = transfer.direction == Direction::Upload && transfer.outcome.status == Status::Ok;
         let Some(mux) = transfer.mux.filter(|mux| read && mux.index == IDENTITY && matches!(mux.sub, 1..=4)) else {
             return;
@@ -87,7 +87,7 @@ impl Identities {
     }
 
     /// Records that the client of a node names an object: in a request, or as it gives up.
-    pub(in crate::stories) fn asked(&mut self, node: u8, mux: Mux, frame: &Frame, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn asked(&mut self, node: u8, mux: Mux, frame: &Frame, scene: &mut Scene<'_>) {
         let [command, ..] = frame.data;
         if frame.id.raw() != 0x600 + u32::from(node) || RESPONSES.contains(&command) {
             return;
@@ -100,7 +100,7 @@ impl Identities {
     }
 
     /// Processes a response of a server; several second ones to the same requests are of two servers.
-    pub(in crate::stories) fn answered(&mut self, node: u8, mux: Option<Mux>, frame: &Frame) {
+    pub(in crate::problems) fn answered(&mut self, node: u8, mux: Option<Mux>, frame: &Frame) {
         if frame.id.raw() != 0x580 + u32::from(node) {
             return;
         }
@@ -133,7 +133,7 @@ impl Identities {
     }
 
     /// Processes the finding that a response has no request: it may be the second one to the same.
-    pub(in crate::stories) fn unasked(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn unasked(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let at = finding.at;
         let place = self.second.iter().position(|(of, _, second)| (*of, second.no) == (node, at.no));
         let Some((_, (shown, fact), _)) = place.map(|place| self.second.remove(place)) else { return };
@@ -157,7 +157,7 @@ impl Identities {
 
     /// Looks at a frame of eight bytes that may be the response to an open request.
     #[inline]
-    pub(in crate::stories) fn frame(&mut self, frame: &Frame) {
+    pub(in crate::problems) fn frame(&mut self, frame: &Frame) {
         if self.asked.is_empty() || frame.kind != Kind::Data || frame.len != 8 {
             return;
         }
@@ -179,7 +179,7 @@ impl Identities {
     }
 
     /// Concludes at the end of the capture.
-    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
         for (node, candidate) in std::mem::take(&mut self.candidates) {
             self.elsewhere(node, candidate, scene);
         }

@@ -7,12 +7,12 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
+use crate::problems::incident::{Grade, StepRole, Subject, bit, members};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::ledger::LedgerPlace;
+use crate::problems::sayings::Saying;
+use crate::problems::scene::Scene;
 use crate::sdo::wire::Mux;
-use crate::stories::incident::{Grade, StepRole, Subject, bit, members};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::ledger::LedgerPlace;
-use crate::stories::sayings::Saying;
-use crate::stories::scene::Scene;
 
 /// Maximum time from a stop to the start that contradicts it, in ns.
 const CONTRARY_NS: i64 = 2_000_000_000;
@@ -39,7 +39,7 @@ struct Commanded {
 
 /// The commands of a bus.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct Masters {
+pub(in crate::problems) struct Masters {
     /// By node; 0 for all.
     nodes: BTreeMap<u8, Commanded>,
     open: Option<LedgerPlace>,
@@ -58,13 +58,13 @@ type Asked = (Mux, FrameRef, bool);
 
 impl Masters {
     /// Forgets the commands of a recording behind which another one begins.
-    pub(in crate::stories) fn part(&mut self) {
+    pub(in crate::problems) fn part(&mut self) {
         self.nodes.clear();
         self.asked.clear();
     }
 
     /// Records a client's request for an object.
-    pub(in crate::stories) fn asked(&mut self, node: u8, mux: Mux, at: FrameRef) {
+    pub(in crate::problems) fn asked(&mut self, node: u8, mux: Mux, at: FrameRef) {
         let before = self.asked.get(&node).map(|(last, _)| *last).filter(|(other, since, answered)| {
             !answered && *other != mux && at.since(*since).is_some_and(|since| (0..=SOON_NS).contains(&since))
         });
@@ -72,7 +72,7 @@ impl Masters {
     }
 
     /// Records an answer; if two overlapping requests for different objects are both answered, there are two clients.
-    pub(in crate::stories) fn answered(&mut self, node: u8, mux: Mux, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn answered(&mut self, node: u8, mux: Mux, scene: &mut Scene<'_>) {
         let Some((last, before)) = self.asked.get_mut(&node) else { return };
         let Some((first, begin, answered)) = before else {
             last.2 = true;
@@ -131,7 +131,7 @@ impl Masters {
     }
 
     /// Processes an NMT command to a node or to all (0).
-    pub(in crate::stories) fn commanded(&mut self, command: u8, node: u8, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn commanded(&mut self, command: u8, node: u8, scene: &mut Scene<'_>) {
         let at = scene.at;
         let one = self.nodes.entry(node).or_default();
         let Some(stop) =
@@ -173,7 +173,7 @@ impl Masters {
     }
 
     /// Ends incidents at the end of the capture without a recent contradiction.
-    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
         if let Some(one) = self.clients.take().and_then(|place| scene.ledger.get_mut(place)) {
             let last = one.repeats.since;
             if scene.at.since(last).is_some_and(|rest| rest > QUIET_NS) {

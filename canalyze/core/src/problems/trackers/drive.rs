@@ -7,13 +7,13 @@ use std::collections::BTreeMap;
 
 use super::AGAIN_NS;
 use crate::bytes::frame::{Frame, FrameRef};
+use crate::problems::incident::{Grade, Incident, StepRole, Subject, bit};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::ledger::LedgerPlace;
+use crate::problems::sayings::Saying;
+use crate::problems::scene::Scene;
 use crate::rules::finding::{Code, Finding, Quantity};
 use crate::sdo::transfer::{Status, Transfer};
-use crate::stories::incident::{Grade, Incident, StepRole, Subject, bit};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::ledger::LedgerPlace;
-use crate::stories::sayings::Saying;
-use crate::stories::scene::Scene;
 use crate::wire::pdo::mapping::extract;
 use crate::world::drive::{DriveObject, DriveState, PROFILE};
 use crate::world::event::{ProcessData, Signals, Unmapped};
@@ -27,7 +27,7 @@ const SEEN_NS: i64 = 3_000_000_000;
 
 /// The open incidents of the drives of a bus.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct Drives {
+pub(in crate::problems) struct Drives {
     /// Nodes known to be drives, one bit each: by their device type, or by an object of drives in SDO.
     drives: u128,
     /// The states of drives without a known mapping, by the default mapping of CiA 402: the statusword comes first.
@@ -69,7 +69,7 @@ fn word(data: &ProcessData, frame: &Frame, object: DriveObject) -> Option<(u16, 
 
 impl Drives {
     /// Checks if an SDO transfer shows that a node is a drive.
-    pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer) {
+    pub(in crate::problems) fn transfer(&mut self, transfer: &Transfer) {
         let Some(mux) = transfer.mux.filter(|_| transfer.outcome.status == Status::Ok) else { return };
         let of_type = mux.index == 0x1000
             && matches!(transfer.data.kept.as_slice(), [low, high, ..] if u16::from_le_bytes([*low, *high]) == PROFILE);
@@ -79,7 +79,7 @@ impl Drives {
     }
 
     /// Processes a PDO: its commands, and its state if only the default mapping gives that.
-    pub(in crate::stories) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
         if self.drives & bit(data.node) == 0 && self.faults.is_empty() {
             return;
         }
@@ -116,17 +116,17 @@ impl Drives {
     }
 
     /// Returns true if a node is known to be a drive.
-    pub(in crate::stories) fn is_drive(&self, node: u8) -> bool {
+    pub(in crate::problems) fn is_drive(&self, node: u8) -> bool {
         self.drives & bit(node) != 0
     }
 
     /// Returns true if nothing is open, so that the states of axes do not matter.
-    pub(in crate::stories) fn is_empty(&self) -> bool {
+    pub(in crate::problems) fn is_empty(&self) -> bool {
         self.faults.is_empty() && self.stuck.is_empty()
     }
 
     /// Records a drive in fault (DRV005).
-    pub(in crate::stories) fn fault(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn fault(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let at = finding.about().unwrap_or(finding.at);
         self.enter(node, (at, axis(finding)), finding.because_of, Some(finding.code), scene);
         if let Some(one) = self.faults.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
@@ -199,7 +199,7 @@ impl Drives {
     }
 
     /// Records a command without effect (DRV002).
-    pub(in crate::stories) fn stuck(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn stuck(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let at = finding.about().unwrap_or(finding.at);
         if let Some(one) = self.faults.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
             one.fact("reset_in_vain", Quantity::Count(at.listed().no));
@@ -231,7 +231,7 @@ impl Drives {
     }
 
     /// Checks after a frame of a node if its axes have left their open incidents; returns true if that has changed.
-    pub(in crate::stories) fn heard(&mut self, node: u8, at: FrameRef, scene: &mut Scene<'_>) -> bool {
+    pub(in crate::problems) fn heard(&mut self, node: u8, at: FrameRef, scene: &mut Scene<'_>) -> bool {
         let mut changed = false;
         let states = self.states(node, scene);
         let is_known = !states.is_empty();
@@ -267,7 +267,7 @@ impl Drives {
 
     /// Reports an axis, after a statusword, that has been in fault since it was first seen for longer than a drive just
     /// switched on.
-    pub(in crate::stories) fn stays(&mut self, node: u8, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn stays(&mut self, node: u8, scene: &mut Scene<'_>) {
         let at = scene.at;
         let long = |(_, _, since): &(usize, u16, FrameRef)| at.since(*since).is_some_and(|lasts| lasts >= SEEN_NS);
         if !self.faults.contains_key(&node) && scene.bus.found_in_fault(node).any(|found| long(&found)) {
@@ -276,7 +276,7 @@ impl Drives {
     }
 
     /// Reports the axes that have been in fault since they were first seen, at the end of the capture.
-    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
         for node in 1..=127 {
             self.seen(node, scene);
         }
@@ -314,12 +314,12 @@ impl Drives {
     }
 
     /// Returns true if a fault is open.
-    pub(in crate::stories) fn holds(&self, place: LedgerPlace) -> bool {
+    pub(in crate::problems) fn holds(&self, place: LedgerPlace) -> bool {
         self.faults.values().any(|other| *other == place)
     }
 
     /// Forgets the states of the axes of a node that booted or was reset.
-    pub(in crate::stories) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         let at = scene.at;
         self.assumed.remove(&node);
         self.controlwords.remove(&node);

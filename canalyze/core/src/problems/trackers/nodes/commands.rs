@@ -3,12 +3,12 @@
 //! `checks/nmt` decides if a command had no effect.
 
 use super::{IgnoredRpdos, NodeIncidents};
+use crate::problems::incident::{StepRole, Subject, bit, members};
+use crate::problems::kinds::IncidentKind;
+use crate::problems::sayings::Saying;
+use crate::problems::scene::Scene;
+use crate::problems::trackers::commanded::Commanded;
 use crate::rules::finding::{Code, Finding, Quantity};
-use crate::stories::incident::{StepRole, Subject, bit, members};
-use crate::stories::kinds::IncidentKind;
-use crate::stories::sayings::Saying;
-use crate::stories::scene::Scene;
-use crate::stories::trackers::commanded::Commanded;
 
 /// Number of RPDOs to a node that is not Operational beyond the start of a controller.
 const COMMANDS: u64 = 50;
@@ -20,7 +20,7 @@ const ONE_RESET_NS: i64 = 3_000_000_000;
 
 impl NodeIncidents {
     /// Processes an NMT command to a node or to all (0); `before`: the nodes that were Operational until now.
-    pub(in crate::stories) fn commanded(&mut self, command: u8, node: u8, before: u128, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn commanded(&mut self, command: u8, node: u8, before: u128, scene: &mut Scene<'_>) {
         let meant = if node == 0 { scene.heard.known } else { bit(node) & scene.heard.known };
         let hit = meant & before;
         if hit != 0 && command != 0x01 {
@@ -77,7 +77,7 @@ impl NodeIncidents {
 
     /// Processes an RPDO to a node; `taken`: the node is Operational as far as known.
     #[inline]
-    pub(in crate::stories) fn controlled(&mut self, node: u8, taken: bool, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn controlled(&mut self, node: u8, taken: bool, scene: &mut Scene<'_>) {
         if taken {
             if !self.ignored.is_empty()
                 && let Some(place) = self.ignored.remove(&node).and_then(|ignored| ignored.place)
@@ -96,7 +96,7 @@ impl NodeIncidents {
     }
 
     /// Records RPDOs to nodes that have not been started until the end of the capture.
-    pub(in crate::stories) fn never_started(&self, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn never_started(&self, scene: &mut Scene<'_>) {
         for (node, IgnoredRpdos { first, last, count, place }) in self.ignored.iter().map(|(node, one)| (*node, *one)) {
             let long = last.since(first).is_some_and(|since| since >= WAITS_NS);
             if place.is_some() || count < FEW || !long {
@@ -112,7 +112,7 @@ impl NodeIncidents {
     }
 
     /// Records a command without effect (NMT002) or a missing boot-up (NMT006).
-    pub(in crate::stories) fn owes(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn owes(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let kind = if finding.code == Code::Nmt006 { IncidentKind::NoBootUp } else { IncidentKind::StartWithoutEffect };
         let mut begin = finding.cause.unwrap_or(finding.at);
         if kind == IncidentKind::StartWithoutEffect
