@@ -31,7 +31,7 @@ PLAIN: str
 WRITERS: list[str]
 """Names of the formats that the core writes: those of `convert --to`."""
 
-INCIDENTS: list[str]
+PROBLEMS: list[str]
 """Names of the kinds of problem, as `node-silent`."""
 
 TABLES: list[str]
@@ -242,7 +242,7 @@ class Expectations:
     emcy: occurs must | may | never, and bus, node, code [value, mask].
     latency: of sdo | sync | nmt, max_ns, and bus, node, index and sub (sdo), pdo (sync).
     load: max_percent, and bus, bit_rate in bit/s, window_ns.
-    problem: one or more of occurs [least, most or null], ends_within_ns and cause (a glob of INCIDENTS), and bus,
+    problem: one or more of occurs [least, most or null], ends_within_ns and cause (a glob of PROBLEMS), and bus,
     node, kind (a glob of them).
     """
 

@@ -91,7 +91,7 @@ def problems(lang: str) -> str:
         "See [diagnosis](diagnosis.md).\n",
     )
     lines = [_pick(lang, head)]
-    for kind in _core.INCIDENTS:
+    for kind in _core.PROBLEMS:
         said = (_core.explain(kind, lang) or "").splitlines()
         begin = next(at for at, line in enumerate(said) if line.startswith(f"{kind}: ") and "BUS" not in line)
         end = next((at for at, line in enumerate(said) if at > begin and not line.startswith(" ")), len(said))

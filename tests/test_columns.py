@@ -131,10 +131,10 @@ def same_incidents(said: list[Row], table: _core.Table) -> None:
         assert json.loads(row["facts"]) == one["facts"]
 
 
-INCIDENTS = [*sorted((SAMPLES / "rules").glob("*.log")), *sorted((SAMPLES / "stacks").glob("*.log"))]
+PROBLEMS = [*sorted((SAMPLES / "rules").glob("*.log")), *sorted((SAMPLES / "stacks").glob("*.log"))]
 
 
-@pytest.mark.parametrize("path", INCIDENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", PROBLEMS, ids=lambda path: path.name)
 def test_incidents_say_what_json_says(path: Path) -> None:
     text, network = path.read_bytes(), described_beside(path)
     lines = session_output([text], output_format="diagnosis", lang="en", network=network, name=path.name).splitlines()

@@ -17,7 +17,7 @@ from network import find
 
 from canalyze import _core
 
-KINDS = list(_core.INCIDENTS)
+KINDS = list(_core.PROBLEMS)
 CASES = [
     pytest.param(kind, marks=[pytest.mark.xfail(strict=True, reason=sample.defect)] if sample.defect else [])
     for kind, sample in TABLE.items()

@@ -125,9 +125,9 @@ fuzz_target!(|input: &[u8]| {
         }
         8..=10 => told(&run(&frames, options("diagnosis"))),
         11 => {
-            let mut incidents = options("text");
-            incidents.writing.outputs.push(Output::LinesOfChanges);
-            run(&frames, incidents);
+            let mut problems = options("text");
+            problems.writing.outputs.push(Output::LinesOfChanges);
+            run(&frames, problems);
         }
         12 => {
             let rows = rows(&frames, options("columns"));
@@ -143,18 +143,18 @@ fuzz_target!(|input: &[u8]| {
     }
 });
 
-/// Incidents are numbered in order, causes are told and lead to a root, and what is over has an end.
+/// Problems are numbered in order, causes are told and lead to a root, and what is over has an end.
 fn told(output: &str) {
     let rows: Vec<serde_json::Value> =
-        output.lines().map(|line| serde_json::from_str(line).expect("an incident is JSON")).collect();
-    let incidents: Vec<_> = rows.iter().filter(|row| row["kind"] == "problem").collect();
+        output.lines().map(|line| serde_json::from_str(line).expect("a problem is JSON")).collect();
+    let problems: Vec<_> = rows.iter().filter(|row| row["kind"] == "problem").collect();
     let cause = |id: u64| {
-        let one = incidents.iter().find(|one| one["id"] == id).expect("a cause is told");
+        let one = problems.iter().find(|one| one["id"] == id).expect("a cause is told");
         one["cause"]["id"].as_u64()
     };
-    for one in &incidents {
+    for one in &problems {
         let mut at = one["cause"]["id"].as_u64();
-        for _ in 0..=incidents.len() {
+        for _ in 0..=problems.len() {
             at = at.and_then(cause);
         }
         assert_eq!(at, None, "causes go in circles");
@@ -162,5 +162,5 @@ fn told(output: &str) {
         assert!(one["begin"]["frame"].as_u64() >= Some(1));
         assert!(one["status"] != "ended" || !one["end"].is_null(), "ended without an end: {one}");
     }
-    assert!(incidents.windows(2).all(|two| two[0]["id"].as_u64() < two[1]["id"].as_u64()));
+    assert!(problems.windows(2).all(|two| two[0]["id"].as_u64() < two[1]["id"].as_u64()));
 }

@@ -1,7 +1,7 @@
 //! The first things to check, by the facts of the capture and not by a list for each kind.
 
-use super::incident::{Grade, Incident, Status};
-use super::kinds::IncidentKind;
+use super::kinds::ProblemKind;
+use super::problem::{Grade, Problem, Status};
 use super::sayings::{self as say, Check};
 use crate::checks::pdo::configuration::pdo_parameter;
 use crate::rules::finding::{Code, Quantity};
@@ -27,14 +27,14 @@ fn is_state(code: AbortCode) -> bool {
 }
 
 /// Returns true if a transfer was aborted with such a code.
-fn aborted(one: &Incident, such: fn(AbortCode) -> bool) -> bool {
+fn aborted(one: &Problem, such: fn(AbortCode) -> bool) -> bool {
     matches!(one.get("abort"), Some(Quantity::Abort(code)) if such(code))
 }
 
 /// Returns the things to check, the first one first.
-pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
+pub fn of(one: &Problem, shown: AdviceFacts) -> Vec<Check> {
     if one.status == Status::Harmless {
-        return vec![if one.kind == IncidentKind::CaptureGap { say::RECORDER } else { say::NOTHING }];
+        return vec![if one.kind == ProblemKind::CaptureGap { say::RECORDER } else { say::NOTHING }];
     }
     if one.cause.is_some_and(|link| link.grade >= Grade::Likely) {
         let mut checks = vec![say::CAUSE];
@@ -46,49 +46,48 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
     let boot_up = one.has("boot_up");
     let wires = if shown.error_frames { say::WIRING } else { say::ERROR_FRAMES_OFF };
     match one.kind {
-        IncidentKind::NodeSilent if one.clue.controller && one.end.is_none() => vec![say::HOST, say::NO_SIGN, wires],
-        IncidentKind::NodeSilent
-        | IncidentKind::GuardingUnanswered
-        | IncidentKind::NodeAbsent
-        | IncidentKind::NoBootUp => match (boot_up, one.end) {
-            (true, _) => vec![say::SUPPLY, say::WATCHDOG],
-            (false, _) if one.has("left_operational") => vec![say::CONNECTOR, say::SUPPLY, say::FELL_BACK, wires],
-            (false, Some(_)) if one.kind == IncidentKind::NodeSilent => vec![say::CONNECTOR, say::CABLE_ONLY, wires],
-            (false, Some(_)) => vec![say::SERVER, say::CONNECTOR, wires],
-            (false, None) if one.kind != IncidentKind::NodeSilent => {
-                vec![say::SUPPLY, say::CONNECTOR, say::LEDS, wires]
+        ProblemKind::NodeSilent if one.clue.controller && one.end.is_none() => vec![say::HOST, say::NO_SIGN, wires],
+        ProblemKind::NodeSilent | ProblemKind::GuardingUnanswered | ProblemKind::NodeAbsent | ProblemKind::NoBootUp => {
+            match (boot_up, one.end) {
+                (true, _) => vec![say::SUPPLY, say::WATCHDOG],
+                (false, _) if one.has("left_operational") => vec![say::CONNECTOR, say::SUPPLY, say::FELL_BACK, wires],
+                (false, Some(_)) if one.kind == ProblemKind::NodeSilent => vec![say::CONNECTOR, say::CABLE_ONLY, wires],
+                (false, Some(_)) => vec![say::SERVER, say::CONNECTOR, wires],
+                (false, None) if one.kind != ProblemKind::NodeSilent => {
+                    vec![say::SUPPLY, say::CONNECTOR, say::LEDS, wires]
+                }
+                (false, None) => vec![say::SUPPLY, say::CONNECTOR, say::LEDS, say::NO_SIGN, wires],
             }
-            (false, None) => vec![say::SUPPLY, say::CONNECTOR, say::LEDS, say::NO_SIGN, wires],
-        },
-        IncidentKind::SegmentLost if boot_up => vec![say::SUPPLY, say::SEGMENT],
-        IncidentKind::SegmentLost => vec![say::SEGMENT, wires],
-        IncidentKind::HeartbeatStopped => vec![say::FIRMWARE],
-        IncidentKind::NodeRestarted if one.has("waits_to_be_started") => {
+        }
+        ProblemKind::SegmentLost if boot_up => vec![say::SUPPLY, say::SEGMENT],
+        ProblemKind::SegmentLost => vec![say::SEGMENT, wires],
+        ProblemKind::HeartbeatStopped => vec![say::FIRMWARE],
+        ProblemKind::NodeRestarted if one.has("waits_to_be_started") => {
             vec![say::SUPPLY, say::WATCHDOG, say::MASTER_BOOT]
         }
-        IncidentKind::NodeRestarted | IncidentKind::RestartLoop => vec![say::SUPPLY, say::WATCHDOG],
-        IncidentKind::LeftOperational => vec![say::ERROR_BEHAVIOUR],
-        IncidentKind::StartWithoutEffect => vec![say::STATE],
-        IncidentKind::WatchedAbsent => vec![say::UNHEARD],
-        IncidentKind::MuteAfterBoot => vec![say::PRODUCER_TIME, say::FIRMWARE],
-        IncidentKind::ResetAgain => vec![say::MASTER_BOOT],
-        IncidentKind::AnotherDevice => vec![say::DEVICE],
-        IncidentKind::AnswerElsewhere => vec![say::SDO_PARAMETER],
-        IncidentKind::ReadInVain if aborted(one, |code| code.meaning() == 0x0606_0000) => vec![say::MANUAL],
-        IncidentKind::ReadInVain => vec![say::EDS],
-        IncidentKind::RpdoStopped => vec![say::CONTROL_PROGRAM],
-        IncidentKind::NotTaken => vec![say::COB_IDS],
-        IncidentKind::HeartbeatConsumerError => vec![say::WATCHED],
-        IncidentKind::ConsumerTimeTooShort => vec![say::CONSUMER_TIME],
-        IncidentKind::GuardingStopped => vec![say::MASTER],
-        IncidentKind::DuplicateNodeId => vec![say::NODE_ID],
-        IncidentKind::RequestUnanswered if one.findings.first().is_some_and(|cited| cited.code == Code::Sdo011) => {
+        ProblemKind::NodeRestarted | ProblemKind::RestartLoop => vec![say::SUPPLY, say::WATCHDOG],
+        ProblemKind::LeftOperational => vec![say::ERROR_BEHAVIOUR],
+        ProblemKind::StartWithoutEffect => vec![say::STATE],
+        ProblemKind::WatchedAbsent => vec![say::UNHEARD],
+        ProblemKind::MuteAfterBoot => vec![say::PRODUCER_TIME, say::FIRMWARE],
+        ProblemKind::ResetAgain => vec![say::MASTER_BOOT],
+        ProblemKind::AnotherDevice => vec![say::DEVICE],
+        ProblemKind::AnswerElsewhere => vec![say::SDO_PARAMETER],
+        ProblemKind::ReadInVain if aborted(one, |code| code.meaning() == 0x0606_0000) => vec![say::MANUAL],
+        ProblemKind::ReadInVain => vec![say::EDS],
+        ProblemKind::RpdoStopped => vec![say::CONTROL_PROGRAM],
+        ProblemKind::NotTaken => vec![say::COB_IDS],
+        ProblemKind::HeartbeatConsumerError => vec![say::WATCHED],
+        ProblemKind::ConsumerTimeTooShort => vec![say::CONSUMER_TIME],
+        ProblemKind::GuardingStopped => vec![say::MASTER],
+        ProblemKind::DuplicateNodeId => vec![say::NODE_ID],
+        ProblemKind::RequestUnanswered if one.findings.first().is_some_and(|cited| cited.code == Code::Sdo011) => {
             vec![say::STATE]
         }
-        IncidentKind::RequestUnanswered | IncidentKind::LateAnswer => vec![say::SERVER, say::CLIENT],
-        IncidentKind::ObjectRefused | IncidentKind::IdentityMismatch | IncidentKind::LengthRefused => vec![say::EDS],
-        IncidentKind::MappingRefused if one.has("others") => vec![say::EDS, say::MAPPING],
-        IncidentKind::MappingRefused => vec![match one.get("abort") {
+        ProblemKind::RequestUnanswered | ProblemKind::LateAnswer => vec![say::SERVER, say::CLIENT],
+        ProblemKind::ObjectRefused | ProblemKind::IdentityMismatch | ProblemKind::LengthRefused => vec![say::EDS],
+        ProblemKind::MappingRefused if one.has("others") => vec![say::EDS, say::MAPPING],
+        ProblemKind::MappingRefused => vec![match one.get("abort") {
             Some(Quantity::Abort(code)) => match code.meaning() {
                 0x0601_0000..=0x0601_00FF => say::MAPPING_FIXED,
                 0x0604_0041 => say::MAPPABLE,
@@ -98,38 +97,38 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
             },
             _ => say::PDO_ORDER,
         }],
-        IncidentKind::WriteRefused if aborted(one, AbortCode::is_violation) => vec![say::SDO_PROTOCOL],
-        IncidentKind::WriteRefused if aborted(one, AbortCode::is_busy) => vec![say::SERVER],
-        IncidentKind::AccessRefused
-        | IncidentKind::StateRefused
-        | IncidentKind::ValueRefused
-        | IncidentKind::WriteRefused => {
+        ProblemKind::WriteRefused if aborted(one, AbortCode::is_violation) => vec![say::SDO_PROTOCOL],
+        ProblemKind::WriteRefused if aborted(one, AbortCode::is_busy) => vec![say::SERVER],
+        ProblemKind::AccessRefused
+        | ProblemKind::StateRefused
+        | ProblemKind::ValueRefused
+        | ProblemKind::WriteRefused => {
             vec![say::STATE, say::EDS]
         }
-        IncidentKind::SharedCobId if one.has("alternates") => vec![say::OTHER_MASTER],
-        IncidentKind::SharedCobId => vec![say::MAPPING],
-        IncidentKind::RpdoTimeout => vec![say::PRODUCER],
-        IncidentKind::PdoConfiguration if one.object().is_none_or(|mux| pdo_parameter(mux.index).is_none()) => {
+        ProblemKind::SharedCobId if one.has("alternates") => vec![say::OTHER_MASTER],
+        ProblemKind::SharedCobId => vec![say::MAPPING],
+        ProblemKind::RpdoTimeout => vec![say::PRODUCER],
+        ProblemKind::PdoConfiguration if one.object().is_none_or(|mux| pdo_parameter(mux.index).is_none()) => {
             vec![say::EDS]
         }
-        IncidentKind::PdoNotAllowed if one.findings.iter().any(|cited| cited.code == Code::Pdo002) => {
+        ProblemKind::PdoNotAllowed if one.findings.iter().any(|cited| cited.code == Code::Pdo002) => {
             vec![say::PDO_STATE]
         }
-        IncidentKind::PdoLength | IncidentKind::PdoConfiguration | IncidentKind::PdoNotAllowed => vec![say::MAPPING],
-        IncidentKind::PdoMissing => vec![say::STATE, say::MAPPING],
-        IncidentKind::SyncIrregular if one.subject.pdo.is_some() => vec![say::EVENT_RATE],
-        IncidentKind::SyncStopped
-        | IncidentKind::SyncIrregular
-        | IncidentKind::TwoSyncProducers
-        | IncidentKind::SyncLength => vec![say::SYNC_PRODUCER],
-        IncidentKind::NotAcknowledged => vec![say::NO_ACK, say::TERMINATION],
-        IncidentKind::BusOff
-        | IncidentKind::ErrorPassive
-        | IncidentKind::BusErrors
-        | IncidentKind::TransceiverFault
-        | IncidentKind::WrongBitRate
-        | IncidentKind::BusTrouble => vec![say::TERMINATION],
-        IncidentKind::AxisFault | IncidentKind::DeviceError => {
+        ProblemKind::PdoLength | ProblemKind::PdoConfiguration | ProblemKind::PdoNotAllowed => vec![say::MAPPING],
+        ProblemKind::PdoMissing => vec![say::STATE, say::MAPPING],
+        ProblemKind::SyncIrregular if one.subject.pdo.is_some() => vec![say::EVENT_RATE],
+        ProblemKind::SyncStopped
+        | ProblemKind::SyncIrregular
+        | ProblemKind::TwoSyncProducers
+        | ProblemKind::SyncLength => vec![say::SYNC_PRODUCER],
+        ProblemKind::NotAcknowledged => vec![say::NO_ACK, say::TERMINATION],
+        ProblemKind::BusOff
+        | ProblemKind::ErrorPassive
+        | ProblemKind::BusErrors
+        | ProblemKind::TransceiverFault
+        | ProblemKind::WrongBitRate
+        | ProblemKind::BusTrouble => vec![say::TERMINATION],
+        ProblemKind::AxisFault | ProblemKind::DeviceError => {
             let unannounced = one.clue.reported.is_empty() && one.subject.axes.count_ones() > 1;
             let mut checks = vec![if unannounced { say::ALL_AXES } else { say::MANUAL }];
             if one.has("reset_in_vain") {
@@ -137,40 +136,39 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
             }
             checks
         }
-        IncidentKind::FaultResetWithoutEffect => vec![say::FAULT_CAUSE],
-        IncidentKind::FaultResetWithoutEdge => vec![say::EDGE],
-        IncidentKind::NotStarted | IncidentKind::BootStuck => vec![say::MASTER_BOOT],
-        IncidentKind::TwoMasters | IncidentKind::TwoClients => vec![say::OTHER_MASTER],
-        IncidentKind::Flood => vec![say::EVENT_RATE],
-        IncidentKind::Overload => vec![say::LOAD, say::EVENT_RATE],
-        IncidentKind::PdoMultiplied => vec![say::REPEATED_START],
-        IncidentKind::CommandsNotTaken => vec![say::STATE],
-        IncidentKind::HalfConfigured => vec![say::EDS, say::STATE],
-        IncidentKind::StoreFailed if aborted(one, is_state) => vec![say::STATE],
-        IncidentKind::StoreFailed => vec![say::SIGNATURE],
-        IncidentKind::ProgramFailed => vec![say::PROGRAM],
-        IncidentKind::FollowingError | IncidentKind::InternalLimit => vec![say::MECHANICS],
-        IncidentKind::HomingFailed => vec![say::HOMING],
-        IncidentKind::SetPointIgnored => vec![say::SET_POINT],
-        IncidentKind::TargetsLate => vec![say::CYCLE, say::LOAD],
-        IncidentKind::Temperature => vec![say::COOLING],
-        IncidentKind::SupplyVoltage if one.clue.reported.iter().any(|code| OVER.contains(&(code & 0xFFF0))) => {
+        ProblemKind::FaultResetWithoutEffect => vec![say::FAULT_CAUSE],
+        ProblemKind::FaultResetWithoutEdge => vec![say::EDGE],
+        ProblemKind::NotStarted | ProblemKind::BootStuck => vec![say::MASTER_BOOT],
+        ProblemKind::TwoMasters | ProblemKind::TwoClients => vec![say::OTHER_MASTER],
+        ProblemKind::Flood => vec![say::EVENT_RATE],
+        ProblemKind::Overload => vec![say::LOAD, say::EVENT_RATE],
+        ProblemKind::PdoMultiplied => vec![say::REPEATED_START],
+        ProblemKind::CommandsNotTaken => vec![say::STATE],
+        ProblemKind::HalfConfigured => vec![say::EDS, say::STATE],
+        ProblemKind::StoreFailed if aborted(one, is_state) => vec![say::STATE],
+        ProblemKind::StoreFailed => vec![say::SIGNATURE],
+        ProblemKind::ProgramFailed => vec![say::PROGRAM],
+        ProblemKind::FollowingError | ProblemKind::InternalLimit => vec![say::MECHANICS],
+        ProblemKind::HomingFailed => vec![say::HOMING],
+        ProblemKind::SetPointIgnored => vec![say::SET_POINT],
+        ProblemKind::TargetsLate => vec![say::CYCLE, say::LOAD],
+        ProblemKind::Temperature => vec![say::COOLING],
+        ProblemKind::SupplyVoltage if one.clue.reported.iter().any(|code| OVER.contains(&(code & 0xFFF0))) => {
             vec![say::OVERVOLTAGE]
         }
-        IncidentKind::SupplyVoltage => vec![say::MAINS],
-        IncidentKind::ModuleFailed => vec![say::IO_MODULE],
-        IncidentKind::RegisterWithoutEmcy => vec![say::MANUAL],
-        IncidentKind::ModeNotTaken => vec![say::STATE],
-        IncidentKind::NotEnabled => match one.get("statusword") {
+        ProblemKind::SupplyVoltage => vec![say::MAINS],
+        ProblemKind::ModuleFailed => vec![say::IO_MODULE],
+        ProblemKind::RegisterWithoutEmcy => vec![say::MANUAL],
+        ProblemKind::ModeNotTaken => vec![say::STATE],
+        ProblemKind::NotEnabled => match one.get("statusword") {
             Some(Quantity::Statusword(word)) if word & VOLTAGE != 0 => vec![say::STEPS, say::POWER_STAGE],
             Some(_) => vec![say::POWER_STAGE],
             None => vec![say::ENABLE],
         },
-        IncidentKind::QuickStop | IncidentKind::StateLeft => vec![say::ENABLE],
-        IncidentKind::Overrun
-        | IncidentKind::HeartbeatIrregular
-        | IncidentKind::InhibitTime
-        | IncidentKind::EmcyFlood => vec![say::LOAD],
+        ProblemKind::QuickStop | ProblemKind::StateLeft => vec![say::ENABLE],
+        ProblemKind::Overrun | ProblemKind::HeartbeatIrregular | ProblemKind::InhibitTime | ProblemKind::EmcyFlood => {
+            vec![say::LOAD]
+        }
         _ => Vec::new(),
     }
 }

@@ -1,22 +1,22 @@
-//! Facts that distinguish the possible causes of an incident.
+//! Facts that distinguish the possible causes of a problem.
 //!
 //! Each line is a fact of this capture, or a question that it leaves open, with the way to answer it.
 
 use super::advice::AdviceFacts;
 use super::causes::within;
-use super::incident::{Grade, Incident};
-use super::kinds::IncidentKind;
+use super::kinds::ProblemKind;
 use super::ledger::Ledger;
+use super::problem::{Grade, Problem};
 use crate::rules::Words;
 use crate::rules::finding::Quantity;
 
 /// Maximum distance of losses that belong together, in ns.
 const TOGETHER_NS: i64 = 100_000_000;
-/// Maximum time before an incident within which an earlier one belongs to it, in ns.
+/// Maximum time before a problem within which an earlier one belongs to it, in ns.
 const BEFORE_NS: i64 = 2_000_000_000;
 /// Minimum number of nodes on a bus for the loss of a single one to exclude a shared cause.
 const ENOUGH: u32 = 3;
-/// Maximum distance of error frames around an incident, in ns.
+/// Maximum distance of error frames around a problem, in ns.
 const AROUND_NS: i64 = 1_000_000_000;
 
 /// One line.
@@ -36,9 +36,9 @@ macro_rules! tells {
 
 include!(concat!(env!("OUT_DIR"), "/tells.rs"));
 
-/// Returns the facts for an incident; none for other kinds.
-pub fn of(one: &Incident, ledger: &Ledger, shown: AdviceFacts) -> Vec<Tell> {
-    use IncidentKind::{
+/// Returns the facts for a problem; none for other kinds.
+pub fn of(one: &Problem, ledger: &Ledger, shown: AdviceFacts) -> Vec<Tell> {
+    use ProblemKind::{
         AxisFault, DeviceError, GuardingUnanswered, HeartbeatConsumerError, HeartbeatStopped, LateAnswer, NoBootUp,
         NodeAbsent, NodeRestarted, NodeSilent, QuickStop, RequestUnanswered, RestartLoop, SegmentLost, StateLeft,
         SupplyVoltage, Temperature,
@@ -89,16 +89,16 @@ pub fn of(one: &Incident, ledger: &Ledger, shown: AdviceFacts) -> Vec<Tell> {
 }
 
 /// Returns true if the abort code of a refused write tells an unsupported value or object from a wrong state.
-fn says_why(one: &Incident) -> bool {
+fn says_why(one: &Problem) -> bool {
     let Some(Quantity::Abort(code)) = one.get("abort") else { return false };
     let meaning = code.meaning();
     let general = matches!(meaning, 0 | 0x0604_0043 | 0x0604_0047 | 0x0800_0000 | 0x0800_0020);
     !general && !code.is_violation() || code.is_busy()
 }
 
-fn back(one: &Incident) -> Tell {
+fn back(one: &Problem) -> Tell {
     match one.kind {
-        IncidentKind::NodeRestarted | IncidentKind::RestartLoop => BOOTED,
+        ProblemKind::NodeRestarted | ProblemKind::RestartLoop => BOOTED,
         _ if one.has("boot_up") => BOOTED,
         _ if one.is_back() => RETURNED,
         _ => AWAY,
@@ -106,7 +106,7 @@ fn back(one: &Incident) -> Tell {
 }
 
 /// Returns the line on the time that a consumer waits, compared with the time that passed.
-fn limit(one: &Incident, cause: &Incident) -> Tell {
+fn limit(one: &Problem, cause: &Problem) -> Tell {
     let delay = one.cause.and_then(|link| link.delay_ns);
     let limit = one.clue.watched.iter().find(|(node, _)| cause.subject.concerns(*node));
     match limit.zip(delay) {
@@ -117,10 +117,10 @@ fn limit(one: &Incident, cause: &Incident) -> Tell {
 }
 
 /// Returns the line on other nodes lost with it; `None` if there are too few others to tell.
-fn others(one: &Incident, ledger: &Ledger, shown: AdviceFacts) -> Option<Tell> {
-    let with = |other: &Incident| {
+fn others(one: &Problem, ledger: &Ledger, shown: AdviceFacts) -> Option<Tell> {
+    let with = |other: &Problem| {
         let silent =
-            matches!(other.kind, IncidentKind::NodeSilent | IncidentKind::SegmentLost | IncidentKind::NodeRestarted);
+            matches!(other.kind, ProblemKind::NodeSilent | ProblemKind::SegmentLost | ProblemKind::NodeRestarted);
         silent
             && other.id != one.id
             && other.subject.nodes & !one.subject.nodes != 0
@@ -133,23 +133,23 @@ fn others(one: &Incident, ledger: &Ledger, shown: AdviceFacts) -> Option<Tell> {
 }
 
 /// Returns the line on errors reported by the node before.
-fn warned(one: &Incident, ledger: &Ledger) -> Tell {
-    let reported = |other: &Incident| {
+fn warned(one: &Problem, ledger: &Ledger) -> Tell {
+    let reported = |other: &Problem| {
         let before = one.begin.since(other.begin).is_some_and(|since| (0..=BEFORE_NS).contains(&since));
         other.id != one.id && other.subject.nodes & one.subject.nodes != 0 && !other.clue.reported.is_empty() && before
     };
     if ledger.told().any(reported) { WARNED } else { NO_WARNING }
 }
 
-fn noise(one: &Incident, ledger: &Ledger, shown: AdviceFacts) -> Tell {
-    let around = |other: &Incident| {
+fn noise(one: &Problem, ledger: &Ledger, shown: AdviceFacts) -> Tell {
+    let around = |other: &Problem| {
         let errors = matches!(
             other.kind,
-            IncidentKind::BusOff
-                | IncidentKind::ErrorPassive
-                | IncidentKind::BusErrors
-                | IncidentKind::NotAcknowledged
-                | IncidentKind::TransceiverFault
+            ProblemKind::BusOff
+                | ProblemKind::ErrorPassive
+                | ProblemKind::BusErrors
+                | ProblemKind::NotAcknowledged
+                | ProblemKind::TransceiverFault
         );
         errors && is_near(one, other, AROUND_NS)
     };
@@ -160,13 +160,13 @@ fn noise(one: &Incident, ledger: &Ledger, shown: AdviceFacts) -> Tell {
     }
 }
 
-fn is_near(one: &Incident, other: &Incident, ns: i64) -> bool {
+fn is_near(one: &Problem, other: &Problem, ns: i64) -> bool {
     one.bus == other.bus && one.begin.since(other.begin).is_some_and(|since| since.saturating_abs() <= ns)
 }
 
 /// Returns the line on a loss of communication before it; `None` if that may be chance.
-fn lost(one: &Incident, ledger: &Ledger) -> Option<Tell> {
-    let before = |other: &Incident| {
+fn lost(one: &Problem, ledger: &Ledger) -> Option<Tell> {
+    let before = |other: &Problem| {
         let since = one.begin.since(other.begin);
         other.id != one.id && is_loss(other.kind) && since.is_none_or(|since| (0..=BEFORE_NS).contains(&since))
     };
@@ -177,23 +177,23 @@ fn lost(one: &Incident, ledger: &Ledger) -> Option<Tell> {
 }
 
 /// Returns the line on the presence of the node; `None` if nothing shows it, or if it was silent at another time.
-fn presence(one: &Incident, ledger: &Ledger) -> Option<Tell> {
-    let silent = |other: &Incident| is_loss(other.kind) && other.subject.nodes & one.subject.nodes != 0;
+fn presence(one: &Problem, ledger: &Ledger) -> Option<Tell> {
+    let silent = |other: &Problem| is_loss(other.kind) && other.subject.nodes & one.subject.nodes != 0;
     if let Some(cause) = cause(one, ledger).filter(|cause| silent(cause)) {
-        let commanded = matches!(cause.kind, IncidentKind::CommandedReset | IncidentKind::CommandedStop);
+        let commanded = matches!(cause.kind, ProblemKind::CommandedReset | ProblemKind::CommandedStop);
         return Some(if commanded { STOPPED } else { GONE });
     }
     (one.has("heard_meanwhile") && !ledger.told().any(silent)).then_some(PRESENT)
 }
 
 /// Returns its cause, if that is more than possible.
-fn cause<'a>(one: &Incident, ledger: &'a Ledger) -> Option<&'a Incident> {
+fn cause<'a>(one: &Problem, ledger: &'a Ledger) -> Option<&'a Problem> {
     ledger.by_id(one.cause.filter(|link| link.grade >= Grade::Likely)?.cause)
 }
 
 /// Returns true if a kind means a loss of communication.
-fn is_loss(kind: IncidentKind) -> bool {
-    use IncidentKind::{
+fn is_loss(kind: ProblemKind) -> bool {
+    use ProblemKind::{
         CommandedReset, CommandedStop, CommunicationError, GuardingStopped, HeartbeatConsumerError, HeartbeatStopped,
         NodeAbsent, NodeRestarted, NodeSilent, PdoMissing, RestartLoop, RpdoTimeout, SegmentLost, SyncStopped,
     };

@@ -1,12 +1,12 @@
 //! The rules of cause, one in each row; the first match applies.
 //!
-//! A rule compares two incidents of one bus and the facts known at their beginning. Its number appears as `cause` in
+//! A rule compares two problems of one bus and the facts known at their beginning. Its number appears as `cause` in
 //! machine output (L1 to L35); L0 is a cause that a finding names itself.
 
 use std::ops::RangeInclusive;
 
-use super::incident::{Grade, Incident};
-use super::kinds::IncidentKind::{self, *};
+use super::kinds::ProblemKind::{self, *};
+use super::problem::{Grade, Problem};
 use super::trackers::emcy::{LIFE_GUARD, RPDO_TIMEOUT};
 use crate::rules::finding::{Code, Quantity};
 
@@ -29,10 +29,10 @@ const SYNCS: i64 = 30;
 /// The result of a rule: its number, its certainty, and the deviation of the delay from the expected one, in ns.
 pub(super) type Found = (u8, Grade, i64);
 
-/// Two incidents of one bus.
+/// Two problems of one bus.
 struct Pair<'a> {
-    cause: &'a Incident,
-    effect: &'a Incident,
+    cause: &'a Problem,
+    effect: &'a Problem,
     /// Time from the beginning of the cause to that of the effect, in ns; 0 without stamps.
     delay: i64,
     /// True if the cause concerns the node of the effect.
@@ -80,10 +80,10 @@ const RULES: &[CauseRule] = &[
 ];
 
 /// Applies the rules to a possible cause and its effect.
-pub(super) fn relate(cause: &Incident, effect: &Incident) -> Option<Found> {
+pub(super) fn relate(cause: &Problem, effect: &Problem) -> Option<Found> {
     let delay = effect.begin.since(cause.begin).unwrap_or(0);
     let same_node = effect.subject.node.is_some_and(|node| cause.subject.concerns(node));
-    // Without usable stamps the order decides: an incident that began after the effect was noticed is not its cause.
+    // Without usable stamps the order decides: a problem that began after the effect was noticed is not its cause.
     if delay == 0 && cause.begin.no > effect.noticed.no {
         return None;
     }
@@ -121,20 +121,20 @@ impl Pair<'_> {
     }
 }
 
-fn is_gone(kind: IncidentKind) -> bool {
+fn is_gone(kind: ProblemKind) -> bool {
     matches!(kind, NodeSilent | SegmentLost | NodeRestarted | RestartLoop | NoBootUp | GuardingUnanswered | NodeAbsent)
 }
 
-fn is_commanded(kind: IncidentKind) -> bool {
+fn is_commanded(kind: ProblemKind) -> bool {
     matches!(kind, CommandedReset | CommandedStop)
 }
 
-fn is_bus(kind: IncidentKind) -> bool {
+fn is_bus(kind: ProblemKind) -> bool {
     matches!(kind, BusOff | ErrorPassive | BusErrors | TransceiverFault)
 }
 
 /// Returns true for kinds that a busy node or a full bus causes.
-fn is_late(kind: IncidentKind) -> bool {
+fn is_late(kind: ProblemKind) -> bool {
     matches!(
         kind,
         NodeSilent
@@ -225,9 +225,9 @@ fn loss(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     Some((grade, delay.saturating_sub(limit).saturating_abs()))
 }
 
-/// Returns the range of delays, in ns, after which a consumer that waits for `limit` ns reports an incident. A silence
+/// Returns the range of delays, in ns, after which a consumer that waits for `limit` ns reports a problem. A silence
 /// begins with the last frame, but the consumer's time with the last heartbeat before it.
-pub(super) fn within(cause: &Incident, limit: i64) -> RangeInclusive<i64> {
+pub(super) fn within(cause: &Problem, limit: i64) -> RangeInclusive<i64> {
     let period = cause.ns("period").unwrap_or(limit / 3);
     let apart = if cause.kind == SegmentLost { period } else { 0 };
     limit.saturating_sub(period).saturating_sub(LATE_NS)
@@ -533,7 +533,7 @@ fn bus_errors_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     (pair.effect.kind == BusTrouble && is_bus(pair.cause.kind)).then_some((Grade::Likely, pair.delay.saturating_abs()))
 }
 
-/// L26: an incident that rests on times began in a gap of the recording.
+/// L26: a problem that rests on times began in a gap of the recording.
 fn recording_stood_still(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let Pair { cause, effect, .. } = *pair;
     let timed = matches!(effect.kind, NodeSilent | HeartbeatIrregular | SyncIrregular | SyncStopped | PdoMissing);

@@ -1,10 +1,10 @@
-//! The kinds of incidents; each row holds everything about its kind.
+//! The kinds of problems; each row holds everything about its kind.
 //!
 //! A kind has a name for machines, an impact, and its words. Sentences with figures are in `sayings`.
 
 use crate::rules::Words;
 
-/// The effect of an incident on the machine, the worst first.
+/// The effect of a problem on the machine, the worst first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Impact {
     /// Something stopped.
@@ -36,7 +36,7 @@ impl Impact {
 #[derive(Clone, Copy, Debug)]
 pub struct KindRow {
     /// The kind.
-    pub kind: IncidentKind,
+    pub kind: ProblemKind,
     /// The name in machine output, in kebab-case.
     pub name: &'static str,
     /// The effect on the machine.
@@ -47,18 +47,18 @@ pub struct KindRow {
 
 macro_rules! kinds {
     ($($(#[$doc:meta])* $kind:ident $name:literal $impact:ident $zh:literal $en:literal;)*) => {
-        /// The kind of an incident.
+        /// The kind of a problem.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-        pub enum IncidentKind {
+        pub enum ProblemKind {
             $(#[doc = $en] $kind,)*
         }
 
         /// All kinds.
         pub const KINDS: &[KindRow] = &[
-            $(KindRow { kind: IncidentKind::$kind, name: $name, impact: Impact::$impact, words: Words { zh: $zh, en: $en } },)*
+            $(KindRow { kind: ProblemKind::$kind, name: $name, impact: Impact::$impact, words: Words { zh: $zh, en: $en } },)*
         ];
 
-        impl IncidentKind {
+        impl ProblemKind {
             /// Returns true for kinds that a command or the recording explains.
             pub fn is_harmless(self) -> bool {
                 self.row().impact == Impact::E || self == Self::BusSilent
@@ -68,7 +68,7 @@ macro_rules! kinds {
             pub fn row(self) -> &'static KindRow {
                 match self {
                     $(Self::$kind => &const {
-                        KindRow { kind: IncidentKind::$kind, name: $name, impact: Impact::$impact, words: Words { zh: $zh, en: $en } }
+                        KindRow { kind: ProblemKind::$kind, name: $name, impact: Impact::$impact, words: Words { zh: $zh, en: $en } }
                     },)*
                 }
             }

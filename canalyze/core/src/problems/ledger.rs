@@ -1,45 +1,45 @@
-//! All incidents of a capture, in the order in which they were opened.
+//! All problems of a capture, in the order in which they were opened.
 //!
-//! Memory is bounded: after [`KEPT`] incidents, further ones are only counted.
+//! Memory is bounded: after [`KEPT`] problems, further ones are only counted.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::incident::Grade;
-use super::incident::{Clue, Incident, IncidentId, Repeats, Status, Subject};
-use super::kinds::IncidentKind;
+use super::kinds::ProblemKind;
+use super::problem::Grade;
+use super::problem::{Clue, Problem, ProblemId, Repeats, Status, Subject};
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::finding::Finding;
 use crate::rules::{Code, Measured, Severity};
 
-/// Maximum number of kept incidents (invariant 6).
+/// Maximum number of kept problems (invariant 6).
 const KEPT: usize = 1024;
-/// Number of latest incidents that are searched.
+/// Number of latest problems that are searched.
 const RECENT: usize = 128;
 
-/// The place of an incident in the ledger.
+/// The place of a problem in the ledger.
 pub(super) type LedgerPlace = usize;
 /// Maximum time from the first sign of a second node with the same node-ID to its proof, in ns.
 pub(super) const DOUBLE_NS: i64 = 15_000_000_000;
 
-/// All incidents so far.
+/// All problems so far.
 #[derive(Clone, Debug, Default)]
 pub struct Ledger {
-    pub(super) all: Vec<Incident>,
+    pub(super) all: Vec<Problem>,
     /// Number of further ones.
     pub(super) beyond: u64,
     /// Number of findings above info by rule, consequences apart.
     found: BTreeMap<Code, u64>,
     /// Number of numbers assigned for people.
     numbered: u32,
-    /// Incidents with new facts since their causes were last looked up.
+    /// Problems with new facts since their causes were last looked up.
     pub(super) grown: Vec<LedgerPlace>,
 }
 
 impl Ledger {
-    /// Opens an incident; `None` if there are too many.
+    /// Opens a problem; `None` if there are too many.
     pub(super) fn open(
         &mut self,
-        kind: IncidentKind,
+        kind: ProblemKind,
         bus: BusId,
         subject: Subject,
         begin: FrameRef,
@@ -49,8 +49,8 @@ impl Ledger {
             self.beyond += 1;
             return None;
         }
-        self.all.push(Incident {
-            id: IncidentId(self.all.len() as u32 + 1),
+        self.all.push(Problem {
+            id: ProblemId(self.all.len() as u32 + 1),
             number: 0,
             kind,
             bus,
@@ -58,7 +58,7 @@ impl Ledger {
             begin,
             noticed,
             end: None,
-            status: Status::Stands,
+            status: Status::Open,
             grade: Grade::Certain,
             steps: Vec::new(),
             left_out: 0,
@@ -76,26 +76,26 @@ impl Ledger {
         Some(self.all.len() - 1)
     }
 
-    pub(super) fn get(&self, place: LedgerPlace) -> Option<&Incident> {
+    pub(super) fn get(&self, place: LedgerPlace) -> Option<&Problem> {
         self.all.get(place)
     }
 
-    pub(super) fn get_mut(&mut self, place: LedgerPlace) -> Option<&mut Incident> {
+    pub(super) fn get_mut(&mut self, place: LedgerPlace) -> Option<&mut Problem> {
         self.all.get_mut(place)
     }
 
-    /// Returns the incident with this ID.
-    pub fn by_id(&self, id: IncidentId) -> Option<&Incident> {
+    /// Returns the problem with this ID.
+    pub fn by_id(&self, id: ProblemId) -> Option<&Problem> {
         self.all.get((id.0 as usize).checked_sub(1)?)
     }
 
-    /// Returns the number of an incident for people; 0 if it has none.
-    pub fn number(&self, id: IncidentId) -> u32 {
+    /// Returns the number of a problem for people; 0 if it has none.
+    pub fn number(&self, id: ProblemId) -> u32 {
         self.by_id(id).map_or(0, |one| one.number)
     }
 
-    /// Assigns the next numbers to incidents that have none.
-    pub(super) fn give_numbers(&mut self, ids: impl IntoIterator<Item = IncidentId>) {
+    /// Assigns the next numbers to problems that have none.
+    pub(super) fn give_numbers(&mut self, ids: impl IntoIterator<Item = ProblemId>) {
         for id in ids {
             let place = (id.0 as usize).wrapping_sub(1);
             if let Some(one) = self.all.get_mut(place).filter(|one| one.number == 0) {
@@ -113,20 +113,20 @@ impl Ledger {
         self.numbered = self.all.iter().map(|one| one.number).max().unwrap_or(0);
     }
 
-    /// Returns the latest incident of a bus that `fits`, among the recent ones.
-    pub(super) fn last(&self, bus: BusId, fits: impl Fn(&Incident) -> bool) -> Option<LedgerPlace> {
+    /// Returns the latest problem of a bus that `fits`, among the recent ones.
+    pub(super) fn last(&self, bus: BusId, fits: impl Fn(&Problem) -> bool) -> Option<LedgerPlace> {
         let recent = self.all.iter().enumerate().rev().take(RECENT);
         recent.filter(|(_, one)| one.bus == bus && !one.merged).find(|(_, one)| fits(one)).map(|(place, _)| place)
     }
 
-    /// Returns the places of the recent incidents of a bus, the latest first.
+    /// Returns the places of the recent problems of a bus, the latest first.
     pub(super) fn recent(&self, bus: BusId) -> Vec<LedgerPlace> {
         let recent = self.all.iter().enumerate().rev().take(RECENT);
         recent.filter(|(_, one)| one.bus == bus && !one.merged).map(|(place, _)| place).collect()
     }
 
     /// Returns true if `one` is `other` or has it among its direct and indirect causes.
-    pub(super) fn comes_from(&self, one: IncidentId, other: IncidentId) -> bool {
+    pub(super) fn comes_from(&self, one: ProblemId, other: ProblemId) -> bool {
         let mut at = Some(one);
         for _ in 0..RECENT {
             match at {
@@ -138,7 +138,7 @@ impl Ledger {
         true
     }
 
-    /// Merges an incident into another one.
+    /// Merges a problem into another one.
     pub(super) fn merge(&mut self, place: LedgerPlace, into: LedgerPlace) {
         let Some(one) = self.all.get_mut(place).filter(|_| place != into) else { return };
         one.merged = true;
@@ -156,7 +156,7 @@ impl Ledger {
         if other.kind == one.kind {
             other.end = other.end.zip(one.end).map(|(end, last)| if last.no > end.no { last } else { end });
         }
-        if one.end.is_some() && other.end.is_none() && other.kind == IncidentKind::Storing {
+        if one.end.is_some() && other.end.is_none() && other.kind == ProblemKind::Storing {
             other.end = one.end;
         }
         one.steps.into_iter().for_each(|step| other.add(step));
@@ -173,16 +173,16 @@ impl Ledger {
         }
     }
 
-    /// Makes an incident that of a second device with its node-ID, or merges it into that: `measured` says what shows it at
+    /// Makes a problem that of a second device with its node-ID, or merges it into that: `measured` says what shows it at
     /// a frame. The other device's boot-up belongs to it. Returns its place.
     pub(super) fn doubles(&mut self, place: LedgerPlace, at: FrameRef, measured: Option<Measured>) -> LedgerPlace {
         let Some(one) = self.all.get_mut(place) else { return place };
         let (bus, subject) = (one.bus, one.subject.node);
-        let is_told = |one: &Incident| one.kind == IncidentKind::DuplicateNodeId && one.subject.node == subject;
+        let is_told = |one: &Problem| one.kind == ProblemKind::DuplicateNodeId && one.subject.node == subject;
         let told = self.last(bus, is_told).unwrap_or(place);
         for other in self.recent(bus).into_iter().filter(|other| *other != told) {
             let Some(one) = self.all.get(other) else { continue };
-            let booted = matches!(one.kind, IncidentKind::NodeRestarted | IncidentKind::RestartLoop)
+            let booted = matches!(one.kind, ProblemKind::NodeRestarted | ProblemKind::RestartLoop)
                 && one.began_within(at, DOUBLE_NS);
             let begin = one.begin;
             if other == place || booted && one.subject.node == subject {
@@ -193,7 +193,7 @@ impl Ledger {
             }
         }
         let Some(one) = self.all.get_mut(told) else { return told };
-        (one.kind, one.end, one.clue.least, one.cause) = (IncidentKind::DuplicateNodeId, None, 1, None);
+        (one.kind, one.end, one.clue.least, one.cause) = (ProblemKind::DuplicateNodeId, None, 1, None);
         one.possible.clear();
         if let Some(measured) = measured {
             one.facts = measured.facts().collect();
@@ -203,13 +203,13 @@ impl Ledger {
         told
     }
 
-    /// Returns the number of incidents that are not kept.
+    /// Returns the number of problems that are not kept.
     pub fn beyond(&self) -> u64 {
         self.beyond
     }
 
-    /// Returns all reported incidents by their numbers.
-    pub fn numbered(&self) -> Vec<&Incident> {
+    /// Returns all reported problems by their numbers.
+    pub fn numbered(&self) -> Vec<&Problem> {
         let mut told: Vec<_> = self.told().collect();
         told.sort_by_key(|one| one.number);
         told
@@ -222,15 +222,15 @@ impl Ledger {
         }
     }
 
-    /// Iterates over the rules with findings above info that no reported incident cites, with the number of findings: each
+    /// Iterates over the rules with findings above info that no reported problem cites, with the number of findings: each
     /// of them is no problem by itself.
     pub fn loose(&self) -> impl Iterator<Item = (Code, u64)> {
         let cited: BTreeSet<Code> = self.told().flat_map(|one| &one.findings).map(|cited| cited.code).collect();
         self.found.iter().filter(move |(code, _)| !cited.contains(code)).map(|(code, count)| (*code, *count))
     }
 
-    /// Iterates over all reported incidents in the order in which they were opened.
-    pub fn told(&self) -> impl Iterator<Item = &Incident> {
+    /// Iterates over all reported problems in the order in which they were opened.
+    pub fn told(&self) -> impl Iterator<Item = &Problem> {
         self.all.iter().filter(|one| one.counts())
     }
 }

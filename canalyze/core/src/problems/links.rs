@@ -1,15 +1,15 @@
-//! Links between incidents: consequences to causes, and one incident for the same trouble of several nodes.
+//! Links between problems: consequences to causes, and one problem for the same trouble of several nodes.
 //!
-//! `causes` decides if one incident can have caused another. A consequence has one cause; others are kept as possible.
+//! `causes` decides if one problem can have caused another. A consequence has one cause; others are kept as possible.
 //! There is never a cycle.
 
 use super::causes::{Found, LATE_NS, PERIODS, WINDOW_NS, relate};
-use super::incident::{Grade, Incident, Link, Status, bit};
-use super::kinds::IncidentKind;
+use super::kinds::ProblemKind;
 use super::ledger::{Ledger, LedgerPlace};
+use super::problem::{Grade, Link, Problem, Status, bit};
 use crate::bytes::frame::BusId;
 
-/// Links a new incident with earlier ones, and incidents of the last seconds with it.
+/// Links a new problem with earlier ones, and problems of the last seconds with it.
 pub(super) fn link(ledger: &mut Ledger, place: LedgerPlace, bus: BusId) {
     let recent = ledger.recent(bus);
     if let Some(link) = best(ledger, place, &recent) {
@@ -34,20 +34,20 @@ fn set(ledger: &mut Ledger, place: LedgerPlace, link: Link) {
     }
 }
 
-/// Returns the best cause of an incident among others.
+/// Returns the best cause of a problem among others.
 fn best(ledger: &Ledger, place: LedgerPlace, others: &[LedgerPlace]) -> Option<Link> {
-    // An incident that began before its first evidence has no cause in the capture.
+    // A problem that began before its first evidence has no cause in the capture.
     let effect = ledger.get(place).filter(|effect| !effect.has("seen_in_fault"))?;
-    let mut found: Option<(Found, &Incident)> = None;
+    let mut found: Option<(Found, &Problem)> = None;
     for other in others.iter().filter(|other| **other != place) {
         let Some(cause) = ledger.get(*other) else { continue };
         if !touches(cause, effect) || ledger.comes_from(cause.id, effect.id) {
             continue;
         }
         let Some(one) = relate(cause, effect) else { continue };
-        let better = found.is_none_or(|(before, incident)| {
+        let better = found.is_none_or(|(before, problem)| {
             (one.1, -one.2, std::cmp::Reverse(cause.begin.no))
-                > (before.1, -before.2, std::cmp::Reverse(incident.begin.no))
+                > (before.1, -before.2, std::cmp::Reverse(problem.begin.no))
         });
         if better {
             found = Some((one, cause));
@@ -57,8 +57,8 @@ fn best(ledger: &Ledger, place: LedgerPlace, others: &[LedgerPlace]) -> Option<L
     Some(Link { cause: cause.id, rule, grade, delay_ns: effect.begin.since(cause.begin), far_ns })
 }
 
-/// Returns true if one incident was open, or had just ended, when the other began.
-fn touches(cause: &Incident, effect: &Incident) -> bool {
+/// Returns true if one problem was open, or had just ended, when the other began.
+fn touches(cause: &Problem, effect: &Problem) -> bool {
     if let Some(frame) = effect.clue.because_of
         && cause.holds(frame)
     {
@@ -66,13 +66,13 @@ fn touches(cause: &Incident, effect: &Incident) -> bool {
     }
     // A changed period is known some periods after it was the cause of something.
     let early = match (cause.kind, cause.slow_ns()) {
-        (IncidentKind::HeartbeatIrregular, Some(period)) => period.saturating_mul(PERIODS),
+        (ProblemKind::HeartbeatIrregular, Some(period)) => period.saturating_mul(PERIODS),
         // Two devices show only after some frames of both.
-        (IncidentKind::DuplicateNodeId, _) => WINDOW_NS,
+        (ProblemKind::DuplicateNodeId, _) => WINDOW_NS,
         _ => LATE_NS,
     };
     // A node that is never started goes on waiting.
-    let waits = effect.kind == IncidentKind::NotStarted;
+    let waits = effect.kind == ProblemKind::NotStarted;
     let before = waits || effect.noticed.since(cause.begin).is_none_or(|since| since >= -early);
     let after = cause.end.is_none_or(|end| effect.begin.since(end).is_none_or(|since| since <= WINDOW_NS));
     before && after
@@ -81,7 +81,7 @@ fn touches(cause: &Incident, effect: &Incident) -> bool {
 /// Number of nodes requested in vain in a row from which it is a scan, and maximum time between two of them in ns.
 const SCANNED: usize = 8;
 const SCAN_NS: i64 = 3_000_000_000;
-/// Maximum distance of consequences of one cause and kind that are one incident, in ns.
+/// Maximum distance of consequences of one cause and kind that are one problem, in ns.
 const TOGETHER_NS: i64 = 100_000_000;
 
 /// Concludes scans at the end of the capture: a scan requests many nodes that do not exist, and none of them is
@@ -91,7 +91,7 @@ pub(super) fn scanned(ledger: &mut Ledger, bus: BusId) {
         .filter(|place| {
             ledger
                 .get(*place)
-                .is_some_and(|one| one.bus == bus && one.kind == IncidentKind::NodeAbsent && one.end.is_none())
+                .is_some_and(|one| one.bus == bus && one.kind == ProblemKind::NodeAbsent && one.end.is_none())
         })
         .collect();
     let mut run: Vec<LedgerPlace> = Vec::new();
@@ -107,7 +107,7 @@ pub(super) fn scanned(ledger: &mut Ledger, bus: BusId) {
             if let Some((first, others)) = run.split_first().filter(|_| run.len() >= SCANNED) {
                 others.iter().for_each(|other| ledger.merge(*other, *first));
                 if let Some(one) = ledger.get_mut(*first) {
-                    (one.kind, one.subject.node) = (IncidentKind::Scan, None);
+                    (one.kind, one.subject.node) = (ProblemKind::Scan, None);
                     one.repeats.count = run.len() as u64;
                 }
             }
@@ -117,23 +117,23 @@ pub(super) fn scanned(ledger: &mut Ledger, bus: BusId) {
     }
 }
 
-/// Joins incidents at the end of the capture: the same consequence of one cause for several nodes, and a stopped SYNC
+/// Joins problems at the end of the capture: the same consequence of one cause for several nodes, and a stopped SYNC
 /// with the loss of its producer.
 pub(super) fn join(ledger: &mut Ledger) {
     for place in 0..ledger.all.len() {
         let Some(one) = ledger.get(place) else { continue };
         let Some(link) = one.cause.filter(|link| link.grade >= Grade::Likely) else { continue };
         let into = match one.kind {
-            IncidentKind::SyncStopped if link.rule == 6 && link.grade == Grade::Certain => Some(place_of(link)),
+            ProblemKind::SyncStopped if link.rule == 6 && link.grade == Grade::Certain => Some(place_of(link)),
             // A node's report with the reaction of its axis; a PDO with the failed writes to configure it.
-            kind if link.rule == 17 && kind != IncidentKind::NodeRestarted && one.status == Status::Harmless => {
+            kind if link.rule == 17 && kind != ProblemKind::NodeRestarted && one.status == Status::Harmless => {
                 Some(place_of(link))
             }
-            IncidentKind::QuickStop | IncidentKind::StateLeft if link.rule == 7 && link.grade == Grade::Certain => {
+            ProblemKind::QuickStop | ProblemKind::StateLeft if link.rule == 7 && link.grade == Grade::Certain => {
                 Some(place_of(link))
             }
-            IncidentKind::PdoLength if link.rule == 13 && is_same_pdo(ledger, one, link) => Some(place_of(link)),
-            IncidentKind::DamagedTransfer if link.rule == 11 && link.grade == Grade::Likely => Some(place_of(link)),
+            ProblemKind::PdoLength if link.rule == 13 && is_same_pdo(ledger, one, link) => Some(place_of(link)),
+            ProblemKind::DamagedTransfer if link.rule == 11 && link.grade == Grade::Likely => Some(place_of(link)),
             _ => (0..place).find(|other| ledger.get(*other).is_some_and(|other| is_alike(other, one, link))),
         };
         if let Some(into) = into {
@@ -142,7 +142,7 @@ pub(super) fn join(ledger: &mut Ledger) {
     }
 }
 
-fn is_same_pdo(ledger: &Ledger, one: &Incident, link: Link) -> bool {
+fn is_same_pdo(ledger: &Ledger, one: &Problem, link: Link) -> bool {
     let cause = ledger.by_id(link.cause);
     cause.is_some_and(|cause| cause.subject.node == one.subject.node && cause.subject.pdo == one.subject.pdo)
 }
@@ -152,7 +152,7 @@ fn place_of(link: Link) -> LedgerPlace {
 }
 
 /// Returns true if the same happened to another node at the same time by the same cause.
-fn is_alike(other: &Incident, one: &Incident, link: Link) -> bool {
+fn is_alike(other: &Problem, one: &Problem, link: Link) -> bool {
     let near = one.begin.since(other.begin).is_some_and(|since| since.saturating_abs() <= TOGETHER_NS);
     let same = other.kind == one.kind && other.bus == one.bus && other.status == one.status && !other.merged;
     let subject = one.subject.node.is_some() && one.subject.pdo.is_none() && one.subject.axis == other.subject.axis;
@@ -162,19 +162,19 @@ fn is_alike(other: &Incident, one: &Incident, link: Link) -> bool {
         && other.cause.is_some_and(|cause| cause.cause == link.cause)
 }
 
-/// Concludes at the end of the capture: consequences of harmless incidents are harmless, too.
+/// Concludes at the end of the capture: consequences of harmless problems are harmless, too.
 pub(super) fn settle(ledger: &mut Ledger) {
     // The stop of a single node is not intended if other nodes are waiting for it.
     for place in 0..ledger.all.len() {
-        let Some(one) = ledger.get(place).filter(|one| one.kind == IncidentKind::CommandedStop && !one.clue.everyone)
+        let Some(one) = ledger.get(place).filter(|one| one.kind == ProblemKind::CommandedStop && !one.clue.everyone)
         else {
             continue;
         };
-        let reported = |other: &&Incident| !other.clue.reported.is_empty() || other.kind == IncidentKind::AxisFault;
+        let reported = |other: &&Problem| !other.clue.reported.is_empty() || other.kind == ProblemKind::AxisFault;
         let follows = ledger.told().filter(reported).any(|other| other.cause.is_some_and(|link| link.cause == one.id));
         let over = follows && one.status == Status::Harmless && one.end.is_some();
         if let Some(one) = ledger.get_mut(place).filter(|_| over) {
-            one.status = Status::Over;
+            one.status = Status::Ended;
         }
     }
     // A consequence may precede its cause in the list, so this repeats for each link in a chain.
@@ -186,7 +186,7 @@ pub(super) fn settle(ledger: &mut Ledger) {
             let Some(link) = one.cause.filter(|link| link.grade >= Grade::Likely) else { continue };
             let harmless = ledger.by_id(link.cause).is_some_and(|cause| cause.status == Status::Harmless);
             if harmless
-                && one.status == Status::Over
+                && one.status == Status::Ended
                 && let Some(one) = ledger.get_mut(place)
             {
                 one.status = Status::Harmless;
@@ -195,7 +195,7 @@ pub(super) fn settle(ledger: &mut Ledger) {
         }
     }
     // A cause that is not reported cannot be named.
-    let told: Vec<bool> = ledger.all.iter().map(Incident::counts).collect();
+    let told: Vec<bool> = ledger.all.iter().map(Problem::counts).collect();
     for one in &mut ledger.all {
         let is_told = |link: &Link| told.get((link.cause.0 as usize).wrapping_sub(1)).copied().unwrap_or(false);
         one.cause = one.cause.filter(is_told);
@@ -203,8 +203,8 @@ pub(super) fn settle(ledger: &mut Ledger) {
     }
 }
 
-/// Returns the number of nodes concerned by an incident and its consequences.
-pub(super) fn spread(ledger: &Ledger, root: &Incident) -> u32 {
+/// Returns the number of nodes concerned by a problem and its consequences.
+pub(super) fn spread(ledger: &Ledger, root: &Problem) -> u32 {
     let parts = ledger.told().filter(|one| ledger.comes_from(one.id, root.id));
     parts.fold(0, |nodes, one| nodes | one.subject.nodes | one.subject.node.map_or(0, bit)).count_ones()
 }

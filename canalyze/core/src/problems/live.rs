@@ -1,16 +1,16 @@
-//! The state of incidents while the capture goes on: certain facts, and the status if the capture ended now.
+//! The state of problems while the capture goes on: certain facts, and the status if the capture ended now.
 //!
 //! Only `mod` judges the end of a capture; for one that goes on it judges a copy.
 
 use super::causes::WINDOW_NS;
-use super::incident::{Grade, Incident, IncidentId};
+use super::problem::{Grade, Problem, ProblemId};
 use super::rank::is_root;
 use super::{CLOSED, Diagnosis, Phase};
 use crate::world::bus::Bus;
 
 impl Diagnosis {
-    /// Adds incidents whose cause has changed since it was reported. New ones are reported together with their cause.
-    pub(super) fn linked(&mut self, changes: &mut Vec<(Phase, IncidentId)>) {
+    /// Adds problems whose cause has changed since it was reported. New ones are reported together with their cause.
+    pub(super) fn linked(&mut self, changes: &mut Vec<(Phase, ProblemId)>) {
         let mut linking = std::mem::take(&mut self.linking);
         linking.retain_mut(|(place, told)| {
             let Some(one) = self.ledger.get(*place) else { return false };
@@ -36,20 +36,20 @@ impl Diagnosis {
         self.linking = linking;
     }
 
-    /// Returns true if the cause of an incident is final: it is certain, the time for finding another one is over, or
+    /// Returns true if the cause of a problem is final: it is certain, the time for finding another one is over, or
     /// the capture is. `now_ns`: the time; without stamps, an uncertain cause becomes final only at the end.
-    pub fn is_settled(&self, one: &Incident, now_ns: Option<i64>) -> bool {
+    pub fn is_settled(&self, one: &Problem, now_ns: Option<i64>) -> bool {
         let certain = one.cause.is_some_and(|link| link.grade == Grade::Certain);
         let since = now_ns.zip(one.noticed.t_ns).map(|(now, noticed)| now.saturating_sub(noticed));
         self.over || certain || since.is_some_and(|since| since > WINDOW_NS)
     }
 
     /// Returns the same at the time of the last frame.
-    pub fn is_settled_by_now(&self, one: &Incident) -> bool {
+    pub fn is_settled_by_now(&self, one: &Problem) -> bool {
         self.is_settled(one, self.last.t_ns)
     }
 
-    /// Returns true if there are no incidents so far and the end of the capture cannot add any.
+    /// Returns true if there are no problems so far and the end of the capture cannot add any.
     pub fn is_empty(&self) -> bool {
         self.ledger.all.is_empty() && self.buses.iter().all(|one| one.heard.errors.0 == 0)
     }

@@ -1,7 +1,7 @@
 //! The diagnosis of a bus: problems, their status and their causes; the level above findings.
 //!
-//! Events go to trackers, which open, extend and end incidents in the ledger; rules of cause link these to stories; the
-//! rank gives the reading order. `signs` lists the findings that are incidents by themselves. A new kind needs a row in
+//! Events go to trackers, which open, extend and end problems in the ledger; rules of cause link these to stories; the
+//! rank gives the reading order. `signs` lists the findings that are problems by themselves. A new kind needs a row in
 //! `kinds` and either a row in `signs` or a tracker. Sentences are declared in `sayings` and filled in by `text`.
 //!
 //! Some known problems have no kind of their own. A flapping node is a silent node with repeats; one forgotten after a
@@ -13,12 +13,12 @@
 pub mod advice;
 pub mod apart;
 mod causes;
-pub mod incident;
 pub mod kinds;
 mod ledger;
 mod links;
 mod live;
 mod on_bus;
+pub mod problem;
 pub mod rank;
 pub mod sayings;
 mod scene;
@@ -31,10 +31,10 @@ pub use ledger::Ledger;
 
 use std::collections::VecDeque;
 
-use self::incident::{IncidentId, Status};
-use self::kinds::IncidentKind;
+use self::kinds::ProblemKind;
 use self::ledger::LedgerPlace;
 use self::on_bus::OfBus;
+use self::problem::{ProblemId, Status};
 use self::status::is_over;
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::rules::finding::{Code, Finding};
@@ -42,7 +42,7 @@ use crate::world::bus::Bus;
 use crate::world::drive::DriveState;
 use crate::world::event::{Event, What};
 
-/// Maximum number of ended incidents that may begin again.
+/// Maximum number of ended problems that may begin again.
 const CLOSED: usize = 64;
 
 /// The diagnosis of a capture.
@@ -59,20 +59,20 @@ pub struct Diagnosis {
     /// The earliest first stamp of a bus, and the latest stamp, in ns: buses may have clocks of their own.
     began_ns: Option<i64>,
     latest_ns: Option<i64>,
-    /// Reported incidents that have not ended.
+    /// Reported problems that have not ended.
     open: Vec<LedgerPlace>,
-    /// Recently ended incidents; if one recurs, it is reported again.
+    /// Recently ended problems; if one recurs, it is reported again.
     closed: VecDeque<LedgerPlace>,
-    /// Incidents before this place have been examined; those that did not count yet are examined again.
+    /// Problems before this place have been examined; those that did not count yet are examined again.
     looked: LedgerPlace,
     unripe: Vec<LedgerPlace>,
-    /// Reported incidents whose cause may still be found, with the reported cause, and true if that is final.
-    linking: VecDeque<(LedgerPlace, Option<(IncidentId, bool)>)>,
+    /// Reported problems whose cause may still be found, with the reported cause, and true if that is final.
+    linking: VecDeque<(LedgerPlace, Option<(ProblemId, bool)>)>,
     /// True after the end of the capture, when everything is final.
     over: bool,
 }
 
-/// A change of an incident.
+/// A change of a problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// It has appeared.
@@ -83,8 +83,8 @@ pub enum Phase {
     Ended,
 }
 
-/// Iterates over the rules whose findings are incidents of this kind by themselves.
-pub fn shown_by(kind: IncidentKind) -> impl Iterator<Item = Code> {
+/// Iterates over the rules whose findings are problems of this kind by themselves.
+pub fn shown_by(kind: ProblemKind) -> impl Iterator<Item = Code> {
     signs::SIGNS.iter().filter(move |row| row.1 == kind).map(|row| row.0)
 }
 
@@ -101,8 +101,8 @@ pub struct NodeView {
     pub drives: Vec<DriveState>,
     /// The last error code that it has reported and not cleared.
     pub error: Option<u16>,
-    /// The first incident in reading order that concerns it and has not ended.
-    pub incident: Option<IncidentId>,
+    /// The first problem in reading order that concerns it and has not ended.
+    pub problem: Option<ProblemId>,
 }
 
 impl Diagnosis {
@@ -124,8 +124,8 @@ impl Diagnosis {
         }
     }
 
-    /// Returns the changes of incidents since the last call, in order. Kinds that are harmless are left out.
-    pub fn changes(&mut self) -> Vec<(Phase, IncidentId)> {
+    /// Returns the changes of problems since the last call, in order. Kinds that are harmless are left out.
+    pub fn changes(&mut self) -> Vec<(Phase, ProblemId)> {
         let (fresh, ledger) = (self.looked..self.ledger.all.len(), &self.ledger);
         let idle = self.open.is_empty() && self.unripe.is_empty() && self.closed.is_empty() && self.linking.is_empty();
         if fresh.is_empty() && idle {
@@ -175,8 +175,8 @@ impl Diagnosis {
         changes
     }
 
-    /// Assigns numbers to the reported incidents, and to their causes if named with them.
-    fn number(&mut self, changes: &[(Phase, IncidentId)]) {
+    /// Assigns numbers to the reported problems, and to their causes if named with them.
+    fn number(&mut self, changes: &[(Phase, ProblemId)]) {
         for (phase, id) in changes {
             let cause = self.ledger.by_id(*id).filter(|one| *phase != Phase::Ended && !rank::is_root(one));
             let cause = cause.and_then(|one| one.cause).map(|link| link.cause);
@@ -218,7 +218,7 @@ impl Diagnosis {
         self.ledger.give_numbers(order.into_iter().map(|(id, _)| id));
     }
 
-    /// Returns all incidents.
+    /// Returns all problems.
     pub fn ledger(&self) -> &Ledger {
         &self.ledger
     }
@@ -254,26 +254,26 @@ impl Diagnosis {
         }
     }
 
-    /// Returns the nodes seen, and those that incidents concern.
+    /// Returns the nodes seen, and those that problems concern.
     pub fn nodes(&self) -> Vec<NodeView> {
         let order = rank::roots(&self.ledger);
         let mut views = Vec::new();
         for (index, of_bus) in self.buses.iter().enumerate() {
             let bus = BusId(index as u8);
-            for node in incident::members(of_bus.heard.known) {
-                let about = |id: &&IncidentId| {
+            for node in problem::members(of_bus.heard.known) {
+                let about = |id: &&ProblemId| {
                     self.ledger.told().any(|one| {
                         one.bus == bus
                             && one.subject.concerns(node)
-                            && matches!(one.alone, Status::Stands | Status::Unknown)
+                            && matches!(one.alone, Status::Open | Status::Unknown)
                             && self.ledger.comes_from(one.id, **id)
                     })
                 };
-                let incident = order.iter().find(about).copied();
+                let problem = order.iter().find(about).copied();
                 let state = of_bus.heard.states.get(usize::from(node)).copied().flatten();
                 let drives = of_bus.heard.drives.get(usize::from(node)).cloned().unwrap_or_default();
                 let error = of_bus.heard.errors_of.get(usize::from(node)).copied().flatten();
-                views.push(NodeView { bus, node, state, drives, error, incident });
+                views.push(NodeView { bus, node, state, drives, error, problem });
             }
         }
         views

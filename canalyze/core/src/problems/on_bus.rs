@@ -1,12 +1,12 @@
 //! The diagnosis of one bus: passes each frame and its events to the trackers concerned.
 //!
-//! The order matters: nodes that are heard again are recorded before the incidents that this ends. Only trackers open
-//! incidents.
+//! The order matters: nodes that are heard again are recorded before the problems that this ends. Only trackers open
+//! problems.
 
-use super::incident::{self, Status, StepRole, bit};
-use super::kinds::IncidentKind;
+use super::kinds::ProblemKind;
 use super::ledger::Ledger;
 use super::links;
+use super::problem::{self, Status, StepRole, bit};
 use super::sayings::Saying;
 use super::scene::{Heard, Scene};
 use super::signs::Ends;
@@ -18,12 +18,12 @@ use super::trackers::emcy::{Emergencies, LIFE_GUARD};
 use super::trackers::heartbeats::MissingHeartbeats;
 use super::trackers::identity::Identities;
 use super::trackers::in_vain::InVain;
-use super::trackers::load::LoadIncident;
+use super::trackers::load::LoadProblem;
 use super::trackers::masters::Masters;
 use super::trackers::motion::Motions;
-use super::trackers::nodes::NodeIncidents;
+use super::trackers::nodes::NodeProblems;
 use super::trackers::pdos::Pdos;
-use super::trackers::rules::{RuleIncidents, Sign};
+use super::trackers::rules::{RuleProblems, Sign};
 use crate::bytes::frame::{self, BusId, Frame, FrameRef};
 use crate::checks::pdo::length::fits;
 use crate::rules::finding::{Code, Finding, Quantity};
@@ -65,23 +65,23 @@ fn is_uneven(finding: &Finding) -> bool {
     if series { apart == 0 } else { apart < UNEVEN_NS }
 }
 
-/// The open incidents of one bus.
+/// The open problems of one bus.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OfBus {
     pub(super) heard: Heard,
-    nodes: NodeIncidents,
+    nodes: NodeProblems,
     emergencies: Emergencies,
     drives: Drives,
     configurations: Configurations,
     boots: Boots,
     masters: Masters,
-    load: LoadIncident,
+    load: LoadProblem,
     motions: Motions,
     heartbeats: MissingHeartbeats,
     identities: Identities,
     in_vain: InVain,
     pdos: Pdos,
-    found: RuleIncidents,
+    found: RuleProblems,
     /// Number of frames of the bus.
     frames: u64,
     /// True if the last node that booted was Operational before.
@@ -103,17 +103,17 @@ impl OfBus {
         bus
     }
 
-    /// Completes an incident that is open at the end; its kind may be plainer than at first.
+    /// Completes a problem that is open at the end; its kind may be plainer than at first.
     fn stands(&self, place: usize, back: Option<FrameRef>, end: FrameRef, ledger: &mut Ledger) {
         let Some(one) = ledger.get_mut(place) else { return };
         let unheard = one.clue.watched.iter().find(|(node, _)| self.heard.known & bit(*node) == 0);
         match (one.kind, unheard) {
-            (IncidentKind::HeartbeatConsumerError, Some((node, _))) => {
-                one.kind = IncidentKind::WatchedAbsent;
+            (ProblemKind::HeartbeatConsumerError, Some((node, _))) => {
+                one.kind = ProblemKind::WatchedAbsent;
                 one.fact("watched", Quantity::Count((*node).into()));
             }
-            (kind, _) if one.has("started") && kind != IncidentKind::ProgramFailed => {
-                one.kind = IncidentKind::HalfConfigured
+            (kind, _) if one.has("started") && kind != ProblemKind::ProgramFailed => {
+                one.kind = ProblemKind::HalfConfigured
             }
             _ => {}
         }
@@ -164,7 +164,7 @@ impl OfBus {
                 }
                 What::Finding(finding) => self.finding(finding, id, at, bus, ledger),
                 What::Note(Note::BitTimingActivated { .. }) => {
-                    ledger.open(IncidentKind::BitTiming, id, incident::Subject::default(), event.at, at);
+                    ledger.open(ProblemKind::BitTiming, id, problem::Subject::default(), event.at, at);
                     false
                 }
                 What::Mpdo(_) | What::Note(_) => false,
@@ -217,7 +217,7 @@ impl OfBus {
         self.conclude(before, dirty, id, at, bus, ledger);
     }
 
-    /// Ends incidents after a frame and links the new ones to their causes.
+    /// Ends problems after a frame and links the new ones to their causes.
     #[inline]
     fn conclude(&mut self, before: usize, dirty: bool, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
         if dirty {
@@ -237,7 +237,7 @@ impl OfBus {
     /// Adds an order to store something, or to change the program, as the explanation if a node then is silent, late or
     /// boots: it may be busy for a while.
     fn stored(&self, place: usize, id: BusId, ledger: &mut Ledger) {
-        use IncidentKind::{
+        use ProblemKind::{
             HeartbeatIrregular, HeartbeatStopped, LateAnswer, NodeRestarted, NodeSilent, PdoMissing, RequestUnanswered,
         };
         let Some(one) = ledger.get(place) else { return };
@@ -254,13 +254,13 @@ impl OfBus {
         let Some((node, begin)) = one.subject.node.filter(|_| busy).map(|node| (node, one.noticed)) else { return };
         let Some(stored) = self.heard.stored(node) else { return };
         let near = begin.since(stored).is_some_and(|since| (0..=STORING_NS).contains(&since));
-        let known = ledger.last(id, |one| one.kind == IncidentKind::Storing && one.begin.no == stored.no).is_some();
+        let known = ledger.last(id, |one| one.kind == ProblemKind::Storing && one.begin.no == stored.no).is_some();
         if near && !known {
-            ledger.open(IncidentKind::Storing, id, incident::Subject::node(node), stored, stored);
+            ledger.open(ProblemKind::Storing, id, problem::Subject::node(node), stored, stored);
         }
     }
 
-    /// Ends incidents with nothing left open.
+    /// Ends problems with nothing left open.
     fn end(&mut self, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
         for place in ledger.recent(id) {
             let (waits, in_fault) = (self.nodes.waits(place), self.drives.holds(place));
@@ -269,7 +269,7 @@ impl OfBus {
                 let mut states = one.subject.node.into_iter().flat_map(|node| bus.drive_states(node));
                 states.any(|(_, state)| state == DriveState::OperationEnabled)
             };
-            let fault = one.kind == IncidentKind::AxisFault;
+            let fault = one.kind == ProblemKind::AxisFault;
             let of_errors = !one.clue.reported.is_empty() || fault;
             let gone = one.clue.codes.is_empty() || fault && enabled();
             if one.end.is_none() && of_errors && !waits && !in_fault && gone {
@@ -516,7 +516,7 @@ impl OfBus {
                 if command == 0x01 {
                     self.boots.started(meant);
                     self.configurations.started(meant, scene!(self, ledger, bus, id, at));
-                    for node in incident::members(meant & before) {
+                    for node in problem::members(meant & before) {
                         self.load.started_again(node, bus);
                     }
                 }
@@ -603,8 +603,8 @@ impl OfBus {
         let mine = ledger.all.iter().any(|one| one.bus == id);
         if self.heard.errors.0 >= ERRORS_ONLY && self.heard.errors.0 == self.frames {
             let first = self.heard.errors.1;
-            let wrong = ledger.open(IncidentKind::WrongBitRate, id, incident::Subject::default(), first, first);
-            let errors = ledger.last(id, |one| one.kind == IncidentKind::BusErrors);
+            let wrong = ledger.open(ProblemKind::WrongBitRate, id, problem::Subject::default(), first, first);
+            let errors = ledger.last(id, |one| one.kind == ProblemKind::BusErrors);
             if let (Some(wrong), Some(errors)) = (wrong, errors) {
                 ledger.merge(errors, wrong);
             }
@@ -615,13 +615,13 @@ impl OfBus {
         self.masters.finish(scene!(self, ledger, bus, id, end));
         self.found.finish(end, scene!(self, ledger, bus, id, end));
         // A finding that counts error frames refers to the first of them.
-        let errors = ledger.last(id, |one| one.kind == IncidentKind::BusErrors && one.end.is_some());
+        let errors = ledger.last(id, |one| one.kind == ProblemKind::BusErrors && one.end.is_some());
         if let Some(one) = errors.and_then(|place| ledger.get_mut(place)) {
             one.end = one.end.map(|end| if end.no < self.heard.last_error.no { self.heard.last_error } else { end });
         }
         for place in 0..ledger.all.len() {
             // A node may have been found lost after a request to it.
-            let asked = |one: &&incident::Incident| one.kind == IncidentKind::RequestUnanswered && one.cause.is_none();
+            let asked = |one: &&problem::Problem| one.kind == ProblemKind::RequestUnanswered && one.cause.is_none();
             let late = ledger.get(place).filter(asked).is_some_and(|one| one.bus == id && !one.merged);
             if place >= before || late {
                 links::link(ledger, place, id);
@@ -639,12 +639,11 @@ impl OfBus {
             one.status = status(one, end, (back, gone, others && long, idle));
             // The node was stopped in order to be written to.
             let written = |node: u8| self.heard.written(node).is_some_and(|written| written.no > one.begin.no);
-            let on_purpose =
-                one.kind == IncidentKind::CommandedStop && incident::members(one.subject.nodes).all(written);
+            let on_purpose = one.kind == ProblemKind::CommandedStop && problem::members(one.subject.nodes).all(written);
             if on_purpose && one.status == Status::Harmless {
                 one.clue.least = u64::MAX;
             }
-            if one.status == Status::Stands {
+            if one.status == Status::Open {
                 one.end = None;
                 // It may have left Operational long after its boot-up.
                 let since = back.map(|back| if one.begin.no > back.no { one.begin } else { back });

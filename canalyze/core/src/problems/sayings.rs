@@ -1,4 +1,4 @@
-//! The sentences of incidents and their steps, and the first things to check, in both languages.
+//! The sentences of problems and their steps, and the first things to check, in both languages.
 //!
 //! A sentence is declared with its facts like those of rules; an unknown name in braces does not compile. Times called
 //! `at` count from the first frame of the capture.

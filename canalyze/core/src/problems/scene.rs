@@ -1,7 +1,7 @@
 //! The view of a tracker: the current frame, the frames seen from each node, and the state of the bus.
 
-use super::incident::bit;
 use super::ledger::Ledger;
+use super::problem::bit;
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::world::bus::Bus;
 use crate::world::configuration::Provenance;

@@ -1,8 +1,8 @@
-//! The status of an incident at the end of the capture.
+//! The status of a problem at the end of the capture.
 
-use super::incident::{Incident, Status};
-use super::kinds::IncidentKind;
+use super::kinds::ProblemKind;
 use super::ledger::Ledger;
+use super::problem::{Problem, Status};
 use super::rank::is_root;
 use super::trackers::rules::GOES_ON;
 use crate::bytes::frame::FrameRef;
@@ -16,25 +16,25 @@ const SETTLED_NS: i64 = 500_000_000;
 /// Leaves a root open as long as one of its consequences is.
 pub(super) fn of_chains(ledger: &mut Ledger) {
     let open: Vec<_> =
-        ledger.told().filter(|one| !is_root(one) && one.status == Status::Stands).map(|one| one.id).collect();
+        ledger.told().filter(|one| !is_root(one) && one.status == Status::Open).map(|one| one.id).collect();
     ledger.all.iter_mut().for_each(|one| one.alone = one.status);
     for place in 0..ledger.all.len() {
-        let Some(one) = ledger.get(place).filter(|one| is_root(one) && one.status > Status::Stands) else { continue };
+        let Some(one) = ledger.get(place).filter(|one| is_root(one) && one.status > Status::Open) else { continue };
         let caused = open.iter().any(|effect| ledger.comes_from(*effect, one.id));
         if let Some(one) = ledger.get_mut(place).filter(|_| caused) {
-            one.status = Status::Stands;
+            one.status = Status::Open;
         }
     }
 }
 
-/// Returns true if an incident has ended and will probably not recur at once.
-pub(super) fn is_over(one: &Incident, last: FrameRef) -> bool {
-    one.end.is_some() && one.kind != IncidentKind::ConsumerTimeTooShort && !goes_on(one, last)
+/// Returns true if a problem has ended and will probably not recur at once.
+pub(super) fn is_over(one: &Problem, last: FrameRef) -> bool {
+    one.end.is_some() && one.kind != ProblemKind::ConsumerTimeTooShort && !goes_on(one, last)
 }
 
-/// Returns true if an incident that keeps recurring is still going on, since its next time is not due yet.
-fn goes_on(one: &Incident, end: FrameRef) -> bool {
-    use IncidentKind::{NodeRestarted, NodeSilent, RequestUnanswered, RestartLoop, SegmentLost};
+/// Returns true if a problem that keeps recurring is still going on, since its next time is not due yet.
+fn goes_on(one: &Problem, end: FrameRef) -> bool {
+    use ProblemKind::{NodeRestarted, NodeSilent, RequestUnanswered, RestartLoop, SegmentLost};
     let mean = one.repeats.since.since(one.begin).map(|all| all / one.repeats.count.saturating_sub(1).max(1) as i64);
     let comes_again = !one.clue.reported.is_empty()
         || matches!(one.kind, NodeRestarted | RestartLoop | NodeSilent | SegmentLost | RequestUnanswered);
@@ -43,47 +43,47 @@ fn goes_on(one: &Incident, end: FrameRef) -> bool {
     one.repeats.count >= GOES_ON && comes_again && soon
 }
 
-/// Returns the status of an incident at the end. `back`: the frame since which its node is back without being started;
+/// Returns the status of a problem at the end. `back`: the frame since which its node is back without being started;
 /// `gone`: its node cannot be heard any more; `left_alone`: others have long been Operational while it is not; `idle`:
 /// others are Operational and it is not.
 pub(super) fn status(
-    one: &Incident,
+    one: &Problem,
     end: FrameRef,
     (back, gone, left_alone, idle): (Option<FrameRef>, bool, bool, bool),
 ) -> Status {
-    use IncidentKind::{
+    use ProblemKind::{
         CommandedStop, ConsumerTimeTooShort, DuplicateNodeId, HeartbeatStopped, NodeAbsent, NodeSilent, QuickStop,
         RequestUnanswered, RestartLoop, SegmentLost,
     };
     match one.kind {
         // A single node that stays stopped while others run is not intended.
-        CommandedStop if one.end.is_none() && left_alone && !one.has("started_again") => return Status::Stands,
+        CommandedStop if one.end.is_none() && left_alone && !one.has("started_again") => return Status::Open,
         kind if kind.is_harmless() => return Status::Harmless,
         // It was not switched on yet.
         NodeAbsent if one.has("boot_up") => return Status::Harmless,
         // No frame shows that one of the two is gone.
-        ConsumerTimeTooShort | DuplicateNodeId => return Status::Stands,
+        ConsumerTimeTooShort | DuplicateNodeId => return Status::Open,
         // A node in a restart loop that was not started since is probably still in it.
-        RestartLoop if idle => return Status::Stands,
+        RestartLoop if idle => return Status::Open,
         // Clearing bit 2 of the controlword requests a quick stop.
         QuickStop if one.has("controlword") && one.cause.is_none() => return Status::Harmless,
         _ => {}
     }
     if goes_on(one, end) {
-        return Status::Stands;
+        return Status::Open;
     }
     if one.end.is_some() {
-        return Status::Over;
+        return Status::Ended;
     }
     if let Some(back) = back {
-        return if end.since(back).is_some_and(|since| since < START_NS) { Status::Unknown } else { Status::Stands };
+        return if end.since(back).is_some_and(|since| since < START_NS) { Status::Unknown } else { Status::Open };
     }
     // An error reported at the very end may be cleared soon.
     if !one.clue.reported.is_empty() && end.since(one.repeats.since).is_none_or(|since| since < SETTLED_NS) {
         return Status::Unknown;
     }
     // Not every controller reports that it is active again.
-    if one.kind == IncidentKind::ErrorPassive {
+    if one.kind == ProblemKind::ErrorPassive {
         return Status::Unknown;
     }
     if one.has("client_aborted") || one.clue.unsettled {
@@ -92,8 +92,8 @@ pub(super) fn status(
     // A refused write may still be made up for if the capture ends too soon for the rule.
     if one.has("refused") {
         let stays = one.findings.iter().any(|cited| cited.code == Code::Sdo018);
-        return if stays { Status::Stands } else { Status::Unknown };
+        return if stays { Status::Open } else { Status::Unknown };
     }
     let silent = matches!(one.kind, NodeSilent | HeartbeatStopped | SegmentLost | RequestUnanswered | NodeAbsent);
-    if gone && !silent { Status::Unknown } else { Status::Stands }
+    if gone && !silent { Status::Unknown } else { Status::Open }
 }

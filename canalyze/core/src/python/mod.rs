@@ -182,7 +182,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("SEVERITIES", SEVERITIES.iter().map(|one| one.name()).collect::<Vec<_>>())?;
     module.add("COLOURS", COLOURS.iter().copied().collect::<BTreeMap<_, _>>())?;
     module.add("PLAIN", PLAIN)?;
-    module.add("INCIDENTS", KINDS.iter().map(|row| row.name).collect::<Vec<_>>())?;
+    module.add("PROBLEMS", KINDS.iter().map(|row| row.name).collect::<Vec<_>>())?;
     module.add("TABLES", Name::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;
     module.add("FORMATS", Input::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;
     module.add("WRITERS", Written::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())

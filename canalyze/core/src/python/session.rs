@@ -72,11 +72,11 @@ impl<'py> GivenOptions<'_, 'py> {
     /// Returns the outputs of a format, and the tables beside it.
     fn outputs(&self) -> PyResult<Vec<Output>> {
         let format = self.one("format", Format::NAMES)?;
-        let incidents = if self.get("incidents")? { format.incidents } else { &[] };
+        let problems = if self.get("incidents")? { format.problems } else { &[] };
         let tables = self.some("tables", Name::NAMES)?.into_iter().map(Output::Columns);
         // Nothing is decoded for files.
         let tables = tables.filter(|_| !format.outputs.contains(&Output::json(Rows::Files)));
-        Ok(format.outputs.iter().chain(incidents).copied().chain(tables).collect())
+        Ok(format.outputs.iter().chain(problems).copied().chain(tables).collect())
     }
 }
 

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-pub use crate::rules::{Code, CrcMatch, Deviation, Facts, Measured, Problem, Quantity, Said, Severity, Unmet, Verdict};
+pub use crate::rules::{
+    Code, CrcMatch, Deviation, Facts, Measured, NamedProblem, Quantity, Said, Severity, Unmet, Verdict,
+};
 
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::sdo::wire::Mux;

@@ -29,7 +29,7 @@ pub mod sync;
 pub mod time;
 
 pub use facts::{Deviation, Fact, Facts, Measured, Unmet, Variant, Verdict, Words};
-pub use quantity::{CrcMatch, FactKind, JsonOnly, Problem, Quantity, Said};
+pub use quantity::{CrcMatch, FactKind, JsonOnly, NamedProblem, Quantity, Said};
 
 pub(crate) use facts::plain;
 

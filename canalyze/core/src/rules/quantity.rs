@@ -79,7 +79,7 @@ pub enum CrcMatch {
 
 /// A problem in short.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Problem {
+pub struct NamedProblem {
     /// Its kind in machine output.
     pub name: &'static str,
     /// Its kind in words.
@@ -106,7 +106,7 @@ pub enum Said {
     /// A word of the rule's sentence, the same in JSON; not shown to people.
     Word(&'static str),
     /// Problems, and the number of further ones that are not named.
-    Problems(Arc<[Problem]>, u64),
+    Problems(Arc<[NamedProblem]>, u64),
 }
 
 impl From<Quantity> for Said {
@@ -157,7 +157,7 @@ kinds! {
 }
 
 kinds! {
-    Said: Real(f64) Text(Arc<str>) Word(&'static str) Problems(Arc<[Problem]>, u64)
+    Said: Real(f64) Text(Arc<str>) Word(&'static str) Problems(Arc<[NamedProblem]>, u64)
 }
 
 /// A bit: the number 0 or 1.

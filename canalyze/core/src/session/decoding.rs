@@ -10,7 +10,7 @@ use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Happened;
 use crate::evidence::services::Nature;
 use crate::evidence::{Evidence, Recording, When};
-use crate::problems::incident::IncidentId;
+use crate::problems::problem::ProblemId;
 use crate::problems::{Diagnosis, Phase};
 use crate::rules::finding::{Finding, Verdict};
 use crate::sdo::transfer::{Hole, Status, Transfer};
@@ -135,9 +135,9 @@ impl Decoding {
         }
     }
 
-    /// Returns the changes of incidents since the last call.
+    /// Returns the changes of problems since the last call.
     #[inline]
-    pub(super) fn changes(&mut self) -> Vec<(Phase, IncidentId)> {
+    pub(super) fn changes(&mut self) -> Vec<(Phase, ProblemId)> {
         self.diagnosis.as_mut().map_or_else(Vec::new, |diagnosis| diagnosis.changes())
     }
 

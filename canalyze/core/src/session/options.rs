@@ -22,7 +22,7 @@ use crate::world::network::Network;
 pub enum Output {
     /// Annotated lines in candump's console form.
     Lines,
-    /// The incidents among these lines, as they begin, are linked to a cause and end.
+    /// The problems among these lines, as they begin, are linked to a cause and end.
     LinesOfChanges,
     /// Records of one kind, one a line.
     Rows(Rows, Encoding),
@@ -67,13 +67,13 @@ pub enum Rows {
     Summary,
     /// Observations from which expectations can be written, at the end.
     Observed,
-    /// Incidents and the verdict, at the end.
-    Incidents,
+    /// Problems and the verdict, at the end.
+    Problems,
     /// The same, numbered in the order in which they were noticed while the capture was read.
-    NumberedIncidents,
-    /// Incidents as they begin, are linked to a cause and end.
+    NumberedProblems,
+    /// Problems as they begin, are linked to a cause and end.
     Changes,
-    /// Incidents that end with the capture.
+    /// Problems that end with the capture.
     Endings,
     /// Files; nothing is decoded.
     Files,
@@ -106,26 +106,26 @@ impl Encoding {
 pub struct Format {
     /// The outputs of the format. Findings come last, since they keep the frames' events.
     pub outputs: &'static [Output],
-    /// Further outputs if incidents are asked for.
-    pub incidents: &'static [Output],
+    /// Further outputs if problems are asked for.
+    pub problems: &'static [Output],
 }
 
 impl Format {
     /// All formats, with their names.
     pub const NAMES: &[(&str, Self)] = &[
-        ("text", Self { outputs: &[Output::Lines], incidents: &[Output::LinesOfChanges] }),
+        ("text", Self { outputs: &[Output::Lines], problems: &[Output::LinesOfChanges] }),
         (
             "jsonl",
             Self {
                 outputs: &[Output::json(Rows::Frames)],
-                incidents: &[Output::json(Rows::Changes), Output::json(Rows::Endings)],
+                problems: &[Output::json(Rows::Changes), Output::json(Rows::Endings)],
             },
         ),
         (
             "events",
             Self {
                 outputs: &[Output::json(Rows::Frames)],
-                incidents: &[Output::json(Rows::Changes), Output::json(Rows::Incidents)],
+                problems: &[Output::json(Rows::Changes), Output::json(Rows::Problems)],
             },
         ),
         ("transfers", Self::rows(&[Output::json(Rows::Transfers)])),
@@ -149,7 +149,7 @@ impl Format {
                     Output::json(Rows::Summary),
                     Output::json(Rows::Observed),
                 ],
-                incidents: &[Output::json(Rows::NumberedIncidents)],
+                problems: &[Output::json(Rows::NumberedProblems)],
             },
         ),
         (
@@ -159,18 +159,15 @@ impl Format {
         ("lines", Self::rows(&[Output::json(Rows::Lines)])),
         ("convert", Self::rows(&[Output::Convert])),
         ("info", Self::rows(&[Output::json(Rows::Files)])),
-        (
-            "check",
-            Self { outputs: &[Output::json(Rows::Findings)], incidents: &[Output::json(Rows::NumberedIncidents)] },
-        ),
-        ("diagnosis", Self::rows(&[Output::json(Rows::Incidents)])),
+        ("check", Self { outputs: &[Output::json(Rows::Findings)], problems: &[Output::json(Rows::NumberedProblems)] }),
+        ("diagnosis", Self::rows(&[Output::json(Rows::Problems)])),
         ("columns", Self::rows(&[])),
         ("digest", Self::rows(&[Output::Digest])),
         ("monitor", Self::rows(&[Output::Monitor])),
     ];
 
     const fn rows(outputs: &'static [Output]) -> Self {
-        Self { outputs, incidents: &[] }
+        Self { outputs, problems: &[] }
     }
 }
 

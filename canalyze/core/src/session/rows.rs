@@ -15,7 +15,7 @@ use crate::views::filter::Filter;
 use crate::views::finding_context::{FindingContext, HeldFrame};
 use crate::views::lines::Lines;
 use crate::views::summary::Summary;
-use crate::words::{Lang, incidents};
+use crate::words::{Lang, problems};
 use crate::world::event::{Event, What};
 use crate::world::network::Network;
 
@@ -223,11 +223,11 @@ impl Sink for ObservedRows {
     }
 }
 
-/// Incidents and the verdict, at the end.
+/// Problems and the verdict, at the end.
 #[derive(Debug)]
-pub(super) struct Incidents;
+pub(super) struct Problems;
 
-impl Sink for Incidents {
+impl Sink for Problems {
     fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
         if let Notice::Diagnosis(diagnosis) = notice {
             jsonl::diagnosis::write(out, view.jsonl, diagnosis);
@@ -235,7 +235,7 @@ impl Sink for Incidents {
     }
 }
 
-/// Incidents that end with the capture.
+/// Problems that end with the capture.
 #[derive(Debug)]
 pub(super) struct Endings;
 
@@ -247,7 +247,7 @@ impl Sink for Endings {
     }
 }
 
-/// Incidents as they begin, are linked to a cause and end.
+/// Problems as they begin, are linked to a cause and end.
 #[derive(Debug)]
 pub(super) struct Changes {
     /// The look of lines for people; `None`: JSON lines.
@@ -258,7 +258,7 @@ impl Sink for Changes {
     fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
         let Notice::Changed(diagnosis, change) = notice else { return };
         match &self.lines {
-            Some(lines) => lines.emphasized(out, |out| incidents::changed(out, view.jsonl.lang, diagnosis, change)),
+            Some(lines) => lines.emphasized(out, |out| problems::changed(out, view.jsonl.lang, diagnosis, change)),
             None => jsonl::diagnosis::changed(out, view.jsonl, diagnosis, change),
         }
     }

@@ -11,7 +11,7 @@ use crate::bytes::frame::{BusId, Frame};
 use crate::bytes::info::Info;
 use crate::bytes::readers::Marker;
 use crate::bytes::writers::Writer;
-use crate::problems::incident::IncidentId;
+use crate::problems::problem::ProblemId;
 use crate::problems::{Diagnosis, Phase};
 use crate::rules::finding::Finding;
 use crate::sdo::transfer::Transfer;
@@ -38,7 +38,7 @@ pub(super) const REPEATS: Wants = 1 << 3;
 pub(super) const FOLDED: Wants = 1 << 4;
 /// The diagnosis at the end.
 pub(super) const DIAGNOSIS: Wants = 1 << 5;
-/// Incidents as they change.
+/// Problems as they change.
 pub(super) const CHANGES: Wants = 1 << 6;
 /// Frames only, without their meaning.
 pub(super) const BLIND: Wants = 1 << 7;
@@ -88,8 +88,8 @@ pub(super) enum Notice<'a> {
     Until(i64),
     /// The end of a file that had frames, with the number of its unreadable lines or records.
     EndOfFile(u64),
-    /// An incident has changed.
-    Changed(&'a Diagnosis, (Phase, IncidentId)),
+    /// A problem has changed.
+    Changed(&'a Diagnosis, (Phase, ProblemId)),
     /// The diagnosis at the end of the capture.
     Diagnosis(&'a Diagnosis),
     /// The nodes at the end of a capture that had frames, before [`Self::Finish`].

@@ -9,7 +9,7 @@ use super::capture::View;
 use super::inventory::{HistoryRows, ObjectRows, PdoRows};
 use super::options::{Encoding, Options, Output, Rows, Scope};
 use super::rows::{
-    Changes, Endings, FindingRows, FrameRows, Incidents, LineRows, ObservedRows, SummaryRows, Text, TransferRows,
+    Changes, Endings, FindingRows, FrameRows, LineRows, ObservedRows, Problems, SummaryRows, Text, TransferRows,
 };
 use super::sink::{
     BESIDE, BLIND, CHANGES, DIAGNOSIS, Digested, FOLDED, FRAMES, ITEMS, LATER, Notice, Passing, REPEATS, Sink,
@@ -62,7 +62,7 @@ fn sink(output: Output, options: &Options) -> Option<(Wants, Box<dyn Sink>)> {
                 (FRAMES | LATER | if writer.wants_events() { 0 } else { BLIND }, Box::new(writer))
             }
             Output::Digest => {
-                // Incidents are no matter of single frames, so they are not compared behind a filter.
+                // Problems are no matter of single frames, so they are not compared behind a filter.
                 let diagnosis = if filter.is_empty() && masks.is_empty() { DIAGNOSIS } else { 0 };
                 let digested = Digested { digest: Digest::new(diagnosis != 0), filter: filter.clone() };
                 (FRAMES | UNFILTERED | REPEATS | diagnosis, Box::new(digested))
@@ -83,8 +83,8 @@ fn sink(output: Output, options: &Options) -> Option<(Wants, Box<dyn Sink>)> {
         Rows::Pdos => (FRAMES, Box::new(PdoRows::new(filter.clone()))),
         Rows::Summary => (FRAMES | UNFILTERED | REPEATS, Box::new(SummaryRows::new(Arc::clone(&known.network)))),
         Rows::Observed => (FRAMES, Box::new(ObservedRows::default())),
-        Rows::Incidents => (DIAGNOSIS, Box::new(Incidents)),
-        Rows::NumberedIncidents => (DIAGNOSIS | CHANGES, Box::new(Incidents)),
+        Rows::Problems => (DIAGNOSIS, Box::new(Problems)),
+        Rows::NumberedProblems => (DIAGNOSIS | CHANGES, Box::new(Problems)),
         Rows::Changes => (CHANGES, Box::new(Changes { lines: None })),
         Rows::Endings => (DIAGNOSIS, Box::new(Endings)),
         Rows::Files => (ITEMS, Box::new(Info::default())),

@@ -243,7 +243,7 @@ impl Stream {
         self.decoding.clear(buses);
     }
 
-    /// Tells of incidents that begin to show, and of those that are over.
+    /// Tells of problems that begin to show, and of those that are over.
     #[inline]
     pub(super) fn tell(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         if !self.sinks.want(CHANGES) {

@@ -116,7 +116,7 @@ const KINDS_OF: [TableKind; 9] = [
             key("cause", ValueForm::Kinds),
         ],
         shared: &[],
-        normal: incident,
+        normal: problem,
     },
     TableKind {
         name: "latency",
@@ -337,7 +337,7 @@ fn heartbeat(found: &FoundKeys<'_>) -> Result<Json, Mistake> {
     Ok(Json::Object(entry))
 }
 
-fn incident(found: &FoundKeys<'_>) -> Result<Json, Mistake> {
+fn problem(found: &FoundKeys<'_>) -> Result<Json, Mistake> {
     let names = ["occurs", "ends_within_s", "cause"];
     if names.iter().all(|key| found.get(key).is_none()) {
         return Err(lacks(found, &names));
@@ -357,7 +357,7 @@ fn incident(found: &FoundKeys<'_>) -> Result<Json, Mistake> {
     }))
 }
 
-/// Refuses a glob that matches no kind of incident, since it could never be found.
+/// Refuses a glob that matches no kind of problem, since it could never be found.
 fn kinds(found: &FoundKeys<'_>, key: &str) -> Result<(), Mistake> {
     let Some(glob) = found.get(key).and_then(Json::as_str) else { return Ok(()) };
     let fits = Select::parse(glob);

@@ -419,7 +419,7 @@ fn emcy_code(text: &str) -> Option<(u16, u16)> {
     read(text).or_else(|| read(spelled::without(text, "0x")?))
 }
 
-/// Returns true if a text is a kind of incident or a glob.
+/// Returns true if a text is a kind of problem or a glob.
 fn is_kind(text: &str) -> bool {
     text.len() <= 64 && text.bytes().all(|byte| byte.is_ascii_lowercase() || matches!(byte, b'?' | b'*' | b'-'))
 }

@@ -3,14 +3,14 @@
 //! It must not decide what is a difference.
 
 use crate::bytes::frame::{BusId, FrameRef};
-use crate::problems::incident::Incident;
+use crate::problems::problem::Problem;
 use crate::views::diff::Comparison;
 use crate::views::diff::difference::Difference;
 use crate::views::diff::digest::Digest;
-use crate::views::diff::stories::StoryDifference;
+use crate::views::diff::problems::ProblemDifference;
 use crate::words::diff::{self as words, Phrase, phrase};
 use crate::words::digits::put;
-use crate::words::{Lang, incidents};
+use crate::words::{Lang, problems};
 
 /// The context of a report.
 #[derive(Clone, Copy, Debug)]
@@ -22,11 +22,11 @@ pub struct DiffSetting<'a> {
 }
 
 impl<'a> DiffSetting<'a> {
-    /// The incidents of a difference, each with the capture that it is of.
-    pub fn incidents(self, one: &StoryDifference) -> [Option<(&'a Digest, &'a Incident)>; 2] {
+    /// The problems of a difference, each with the capture that it is of.
+    pub fn problems(self, one: &ProblemDifference) -> [Option<(&'a Digest, &'a Problem)>; 2] {
         let [a, b] = self.digests;
         let [in_a, in_b] = one.sides;
-        let of = |digest: &'a Digest, place: Option<usize>| Some((digest, digest.incidents.get(place?)?));
+        let of = |digest: &'a Digest, place: Option<usize>| Some((digest, digest.problems.get(place?)?));
         [of(a, in_a), of(b, in_b)]
     }
 
@@ -91,15 +91,15 @@ fn problems(out: &mut Vec<u8>, setting: DiffSetting<'_>, comparison: &Comparison
     put!(out; "\n");
 }
 
-fn problem(out: &mut Vec<u8>, setting: DiffSetting<'_>, one: &StoryDifference) {
+fn problem(out: &mut Vec<u8>, setting: DiffSetting<'_>, one: &ProblemDifference) {
     let lang = setting.lang;
     if setting.digests.iter().any(|digest| digest.lines.len() > 1) {
         words::bus(out, lang, setting.bus(one.bus));
         put!(out; ", ");
     }
-    let sides = setting.incidents(one);
+    let sides = setting.problems(one);
     if let Some((digest, first)) = sides.iter().flatten().next() {
-        incidents::title(out, lang, first, digest.began_ns);
+        problems::title(out, lang, first, digest.began_ns);
     }
     for differs in &one.differs {
         put!(out; "; ");

@@ -8,12 +8,12 @@ use super::object::pdo_of;
 use super::value::{self, Size};
 use super::{Lang, escape, findings, say, terms};
 use crate::bytes::frame::{CanId, FrameRef};
-use crate::problems::incident::{Incident, Status as Standing};
+use crate::problems::problem::{Problem, Status as Standing};
 use crate::sdo::transfer::{Direction, Mode, Status};
 use crate::sdo::wire::{Mux, Side as Sender};
 use crate::views::diff::difference::{Aspect, CaptureSide, Difference, DifferenceKind, Shows};
 use crate::views::diff::digest::{Action, ItemKind, Service, TransferDigest};
-use crate::views::diff::stories::{Differs, lasted_ns};
+use crate::views::diff::problems::{Differs, lasted_ns};
 use crate::wire::error_control;
 use crate::wire::{emcy, lss, nmt};
 use crate::words::profiles::Profile;
@@ -336,12 +336,12 @@ pub fn respect(out: &mut Vec<u8>, lang: Lang, differs: Differs) {
 }
 
 /// Appends that property of a problem. `cause`: its cause.
-pub fn problem(out: &mut Vec<u8>, lang: Lang, differs: Differs, one: &Incident, cause: Option<&Incident>) {
+pub fn problem(out: &mut Vec<u8>, lang: Lang, differs: Differs, one: &Problem, cause: Option<&Problem>) {
     match differs {
         Differs::Status => put!(out; match one.status {
-            Standing::Stands => lang.pick("仍存在", "open"),
+            Standing::Open => lang.pick("仍存在", "open"),
             Standing::Unknown => lang.pick("未知", "unknown"),
-            Standing::Over => lang.pick("已恢复", "ended"),
+            Standing::Ended => lang.pick("已恢复", "ended"),
             Standing::Harmless => lang.pick("无害", "harmless"),
         }),
         Differs::Duration => match lasted_ns(one) {

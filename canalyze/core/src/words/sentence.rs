@@ -8,7 +8,7 @@ use super::digits::{Hex, Spaced, put};
 use super::services::sdo;
 use super::value::Size;
 use super::{Lang, escape, signal, terms};
-use crate::rules::finding::{Code, CrcMatch, Problem, Quantity, Said};
+use crate::rules::finding::{Code, CrcMatch, NamedProblem, Quantity, Said};
 use crate::sdo::wire::Side;
 use crate::wire::error_control;
 use crate::wire::{emcy, lss, nmt};
@@ -62,7 +62,7 @@ fn quoted(out: &mut Vec<u8>, text: &str) {
 }
 
 /// Appends problems: their kinds as written in files, with the node and the first frame of each.
-fn problems(out: &mut Vec<u8>, lang: Lang, named: &[Problem], more: u64) {
+fn problems(out: &mut Vec<u8>, lang: Lang, named: &[NamedProblem], more: u64) {
     for (place, one) in named.iter().enumerate() {
         put!(out; if place > 0 { lang.pick("、", ", ") } else { "" });
         if let Some(node) = one.node {

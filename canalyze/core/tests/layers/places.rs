@@ -11,7 +11,7 @@ fn words_for_people_stand_in_words_and_rules() {
         let chinese = source.chars().any(|c| ('\u{4E00}'..='\u{9FFF}').contains(&c));
         // Listings are read in any language.
         let read = module == "bytes::readers::listing" || belongs(&module, "bytes::readers::rows");
-        // A kind of incident is declared with its words, and a record with the documentation of its columns, like a rule.
+        // A kind of problem is declared with its words, and a record with the documentation of its columns, like a rule.
         let records =
             ["tables::table", "tables::columns", "tables::jsonl::note", "tables::jsonl::pdo", "tables::jsonl::pdos"];
         let declared = ["rules", "problems::kinds", "problems::sayings", "problems::apart"]

@@ -7,8 +7,8 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
-use crate::problems::incident::{Grade, Incident, StepRole, Subject, bit};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
+use crate::problems::problem::{Grade, Problem, StepRole, Subject, bit};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::{Heard, Scene};
 use crate::rules::finding::Quantity;
@@ -97,18 +97,18 @@ impl Boots {
             let long = scene.at.since(boot.begin).is_some_and(|since| since >= WAITING_NS);
             // A network in which SYNC goes on is meant to run, whatever else is on it.
             let cycles = scene.heard.sync.since(boot.begin).is_some_and(|since| since >= WAITING_NS);
-            let of_node = |one: &&Incident| one.bus == scene.id && one.subject.concerns(node) && one.end.is_none();
+            let of_node = |one: &&Problem| one.bus == scene.id && one.subject.concerns(node) && one.end.is_none();
             let mut open = scene.ledger.all.iter().filter(of_node);
-            let commanded = open.clone().any(|one| one.kind == IncidentKind::CommandsNotTaken);
+            let commanded = open.clone().any(|one| one.kind == ProblemKind::CommandsNotTaken);
             let meant_to_run = running & !bit(node) != 0 || cycles || commanded;
             let rest = scene.heard.last(node).and_then(|last| scene.at.since(last)).unwrap_or(i64::MAX);
             let here = rest <= scene.bus.heartbeat_period(node).unwrap_or(0).saturating_mul(2).max(WAITING_NS / 2);
             if !long || !here || !meant_to_run || scene.heard.is_operational(node) {
                 continue;
             }
-            // An incident since then explains why it is not Operational.
+            // A problem since then explains why it is not Operational.
             let told = open.any(|one| {
-                use IncidentKind::{CommandsNotTaken, NodeAbsent, RequestUnanswered};
+                use ProblemKind::{CommandsNotTaken, NodeAbsent, RequestUnanswered};
                 !one.has("refused") && !matches!(one.kind, RequestUnanswered | NodeAbsent | CommandsNotTaken)
             });
             let stuck = boot.reads >= READS && !boot.configured;
@@ -116,7 +116,7 @@ impl Boots {
                 continue;
             }
             let (kind, begin) =
-                if stuck { (IncidentKind::BootStuck, boot.first) } else { (IncidentKind::NotStarted, boot.begin) };
+                if stuck { (ProblemKind::BootStuck, boot.first) } else { (ProblemKind::NotStarted, boot.begin) };
             let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), begin, boot.last) else { return };
             if let Some(one) = scene.ledger.get_mut(place) {
                 one.grade = Grade::Likely;

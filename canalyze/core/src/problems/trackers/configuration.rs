@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
 use crate::checks::pdo::configuration::pdo_parameter;
-use crate::problems::incident::{IncidentId, StepRole, Subject, bit};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
+use crate::problems::problem::{ProblemId, StepRole, Subject, bit};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::rules::finding::{Finding, Quantity};
@@ -26,36 +26,36 @@ const KEPT: usize = 64;
 /// Maximum number of kept bytes of a refused value.
 const LONGEST: usize = 8;
 
-/// The open incidents of configuration on a bus.
+/// The open problems of configuration on a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::problems) struct Configurations {
     open: BTreeMap<u8, (LedgerPlace, Vec<Refused>)>,
     /// The last request to each node that has never been heard.
     asked: BTreeMap<u8, FrameRef>,
     /// Nodes requested in vain and never heard.
-    missed: Vec<(u8, IncidentId)>,
+    missed: Vec<(u8, ProblemId)>,
 }
 
 /// A refused write: object and value; the value is empty if longer than [`LONGEST`] or not known.
 type Refused = (Mux, Vec<u8>);
 
 /// Returns the kind of refusal for an abort code and object.
-fn kind(code: AbortCode, mux: Mux) -> IncidentKind {
+fn kind(code: AbortCode, mux: Mux) -> ProblemKind {
     match mux.index {
-        0x1010 | 0x1011 => return IncidentKind::StoreFailed,
-        0x1F50 | 0x1F51 => return IncidentKind::ProgramFailed,
+        0x1010 | 0x1011 => return ProblemKind::StoreFailed,
+        0x1F50 | 0x1F51 => return ProblemKind::ProgramFailed,
         _ => {}
     }
     let of_pdo = pdo_parameter(mux.index).is_some();
     match code.meaning() {
-        0x0602_0000 | 0x0609_0011 => IncidentKind::ObjectRefused,
-        _ if of_pdo => IncidentKind::MappingRefused,
-        0x0604_0041 | 0x0604_0042 => IncidentKind::MappingRefused,
-        0x0601_0000..=0x0601_00FF => IncidentKind::AccessRefused,
-        0x0607_0000..=0x0607_00FF => IncidentKind::LengthRefused,
-        0x0609_0000..=0x0609_00FF => IncidentKind::ValueRefused,
-        0x0800_0020..=0x0800_00FF => IncidentKind::StateRefused,
-        _ => IncidentKind::WriteRefused,
+        0x0602_0000 | 0x0609_0011 => ProblemKind::ObjectRefused,
+        _ if of_pdo => ProblemKind::MappingRefused,
+        0x0604_0041 | 0x0604_0042 => ProblemKind::MappingRefused,
+        0x0601_0000..=0x0601_00FF => ProblemKind::AccessRefused,
+        0x0607_0000..=0x0607_00FF => ProblemKind::LengthRefused,
+        0x0609_0000..=0x0609_00FF => ProblemKind::ValueRefused,
+        0x0800_0020..=0x0800_00FF => ProblemKind::StateRefused,
+        _ => ProblemKind::WriteRefused,
     }
 }
 
@@ -65,7 +65,7 @@ fn given_up(transfer: &Transfer, scene: &mut Scene<'_>) {
     else {
         return;
     };
-    let (kind, subject) = (IncidentKind::WriteRefused, Subject::node(transfer.node));
+    let (kind, subject) = (ProblemKind::WriteRefused, Subject::node(transfer.node));
     let place = scene.ledger.open(kind, scene.id, subject, transfer.first, transfer.last);
     if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
         one.fact("abort", Quantity::Abort(abort.code));
@@ -101,10 +101,10 @@ impl Configurations {
     pub(in crate::problems) fn given_up(&mut self, node: u8, code: AbortCode, scene: &mut Scene<'_>) {
         let Some(begin) = self.asked.remove(&node).filter(|_| code.is_timeout()) else { return };
         let known =
-            scene.ledger.last(scene.id, |one| one.kind == IncidentKind::NodeAbsent && one.subject.node == Some(node));
+            scene.ledger.last(scene.id, |one| one.kind == ProblemKind::NodeAbsent && one.subject.node == Some(node));
         let at = scene.at;
         let place =
-            known.or_else(|| scene.ledger.open(IncidentKind::NodeAbsent, scene.id, Subject::node(node), begin, at));
+            known.or_else(|| scene.ledger.open(ProblemKind::NodeAbsent, scene.id, Subject::node(node), begin, at));
         let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) else { return };
         if known.is_some() {
             one.again(begin);
@@ -114,7 +114,7 @@ impl Configurations {
         one.step(at, StepRole::Attempt, Saying::ClientGaveUp, None);
     }
 
-    /// Ends the incidents of a node that was requested in vain and is now heard; `booted`: by its boot-up.
+    /// Ends the problems of a node that was requested in vain and is now heard; `booted`: by its boot-up.
     #[inline]
     pub(in crate::problems) fn heard(&mut self, node: u8, booted: bool, scene: &mut Scene<'_>) {
         if self.missed.is_empty() {

@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 
 use super::AGAIN_NS;
 use crate::bytes::frame::{Frame, FrameRef};
-use crate::problems::incident::{Grade, Incident, StepRole, Subject, bit};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
+use crate::problems::problem::{Grade, Problem, StepRole, Subject, bit};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::rules::finding::{Code, Finding, Quantity};
@@ -25,7 +25,7 @@ const TOGETHER_NS: i64 = 100_000_000;
 /// Time after which a drive in fault when first seen is reported, in ns; one that was just switched on is reset before.
 const SEEN_NS: i64 = 3_000_000_000;
 
-/// The open incidents of the drives of a bus.
+/// The open problems of the drives of a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::problems) struct Drives {
     /// Nodes known to be drives, one bit each: by their device type, or by an object of drives in SDO.
@@ -137,7 +137,7 @@ impl Drives {
         }
     }
 
-    /// Opens or extends an incident of an axis that entered the fault state.
+    /// Opens or extends a problem of an axis that entered the fault state.
     fn enter(
         &mut self,
         node: u8,
@@ -148,7 +148,7 @@ impl Drives {
     ) {
         let because = because_of.map(|frame| frame.no);
         let near =
-            |one: &Incident, ns: i64| at.since(one.repeats.since).is_some_and(|since| since.saturating_abs() <= ns);
+            |one: &Problem, ns: i64| at.since(one.repeats.since).is_some_and(|since| since.saturating_abs() <= ns);
         let open = self.faults.get(&node).copied();
         let open = open
             .filter(|place| scene.ledger.get(*place).is_some_and(|one| one.end.is_none() && near(one, TOGETHER_NS)));
@@ -161,14 +161,14 @@ impl Drives {
         });
         let again = || {
             scene.ledger.last(scene.id, |one| {
-                let same = one.kind == IncidentKind::AxisFault && one.subject.node == Some(node);
+                let same = one.kind == ProblemKind::AxisFault && one.subject.node == Some(node);
                 same && one.ended_within(at, AGAIN_NS) && one.clue.reported.is_empty() && from.is_some()
             })
         };
         let place = match place.or_else(again) {
             Some(place) => place,
             None => {
-                let Some(place) = scene.ledger.open(IncidentKind::AxisFault, scene.id, Subject::node(node), at, at)
+                let Some(place) = scene.ledger.open(ProblemKind::AxisFault, scene.id, Subject::node(node), at, at)
                 else {
                     return;
                 };
@@ -183,7 +183,7 @@ impl Drives {
             }
         };
         if let Some(one) = scene.ledger.get_mut(place) {
-            one.kind = IncidentKind::AxisFault;
+            one.kind = ProblemKind::AxisFault;
             if one.end.is_some() {
                 one.again(at);
             }
@@ -208,9 +208,9 @@ impl Drives {
         let state = scene.bus.drive_states(node).find(|(number, _)| number + 1 == usize::from(axis(finding)));
         let state = state.map(|(_, state)| state);
         let kind = if state == Some(DriveState::Fault) {
-            IncidentKind::FaultResetWithoutEffect
+            ProblemKind::FaultResetWithoutEffect
         } else {
-            IncidentKind::NotEnabled
+            ProblemKind::NotEnabled
         };
         if let Some((place, _)) = self.stuck.get(&node)
             && let Some(one) = scene.ledger.get_mut(*place)
@@ -230,7 +230,7 @@ impl Drives {
         self.stuck.insert(node, (place, state));
     }
 
-    /// Checks after a frame of a node if its axes have left their open incidents; returns true if that has changed.
+    /// Checks after a frame of a node if its axes have left their open problems; returns true if that has changed.
     pub(in crate::problems) fn heard(&mut self, node: u8, at: FrameRef, scene: &mut Scene<'_>) -> bool {
         let mut changed = false;
         let states = self.states(node, scene);
@@ -282,12 +282,12 @@ impl Drives {
         }
     }
 
-    /// Opens incidents of axes that have been in fault since they were first seen, unless a fault reset without effect
+    /// Opens problems of axes that have been in fault since they were first seen, unless a fault reset without effect
     /// is reported already.
     fn seen(&mut self, node: u8, scene: &mut Scene<'_>) {
-        let told = |one: &Incident| {
+        let told = |one: &Problem| {
             let of_fault =
-                [IncidentKind::AxisFault, IncidentKind::FaultResetWithoutEffect, IncidentKind::FaultResetWithoutEdge];
+                [ProblemKind::AxisFault, ProblemKind::FaultResetWithoutEffect, ProblemKind::FaultResetWithoutEdge];
             one.subject.node == Some(node) && one.end.is_none() && of_fault.contains(&one.kind)
         };
         let found: Vec<_> = scene.bus.found_in_fault(node).collect();
@@ -295,7 +295,7 @@ impl Drives {
             return;
         }
         // All errors were gone later: whether the axis still is in fault is not known.
-        let gone = |one: &Incident, at: FrameRef| {
+        let gone = |one: &Problem, at: FrameRef| {
             let reported = one.subject.node == Some(node) && !one.clue.reported.is_empty();
             reported && one.clue.codes.is_empty() && one.end.is_some_and(|end| end.no > at.no)
         };

@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 
 use super::AGAIN_NS;
 use crate::bytes::frame::FrameRef;
-use crate::problems::incident::{Incident, StepRole, Subject, bit};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
+use crate::problems::problem::{Problem, StepRole, Subject, bit};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::rules::finding::{Finding, Quantity};
@@ -34,24 +34,24 @@ pub(in crate::problems) const LIFE_GUARD: u16 = 0x8130;
 pub(in crate::problems) const RPDO_TIMEOUT: u16 = 0x8250;
 
 /// Returns the kind of problem that an emergency error code reports.
-fn kind(code: u16) -> IncidentKind {
+fn kind(code: u16) -> ProblemKind {
     match code {
-        LIFE_GUARD => IncidentKind::HeartbeatConsumerError,
-        RPDO_TIMEOUT => IncidentKind::RpdoTimeout,
-        0x8110 => IncidentKind::Overrun,
-        0x8120 | 0x8140 => IncidentKind::BusTrouble,
-        0x8210 | 0x8220 => IncidentKind::PdoLength,
-        0x8240 => IncidentKind::SyncLength,
-        0x8100..=0x82FF => IncidentKind::CommunicationError,
-        0x3100..=0x33FF => IncidentKind::SupplyVoltage,
-        0x4100..=0x44FF => IncidentKind::Temperature,
-        0x7000..=0x70FF => IncidentKind::ModuleFailed,
-        0x8611 => IncidentKind::FollowingError,
-        _ => IncidentKind::DeviceError,
+        LIFE_GUARD => ProblemKind::HeartbeatConsumerError,
+        RPDO_TIMEOUT => ProblemKind::RpdoTimeout,
+        0x8110 => ProblemKind::Overrun,
+        0x8120 | 0x8140 => ProblemKind::BusTrouble,
+        0x8210 | 0x8220 => ProblemKind::PdoLength,
+        0x8240 => ProblemKind::SyncLength,
+        0x8100..=0x82FF => ProblemKind::CommunicationError,
+        0x3100..=0x33FF => ProblemKind::SupplyVoltage,
+        0x4100..=0x44FF => ProblemKind::Temperature,
+        0x7000..=0x70FF => ProblemKind::ModuleFailed,
+        0x8611 => ProblemKind::FollowingError,
+        _ => ProblemKind::DeviceError,
     }
 }
 
-/// The open incidents of emergencies on a bus.
+/// The open problems of emergencies on a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::problems) struct Emergencies {
     open: BTreeMap<u8, Vec<LedgerPlace>>,
@@ -66,7 +66,7 @@ impl Emergencies {
     pub(in crate::problems) fn emergency(&mut self, emergency: EmcyChange, scene: &mut Scene<'_>) {
         self.quiet &= !bit(emergency.node);
         let unsaid = scene.ledger.last(scene.id, |one| {
-            one.kind == IncidentKind::RegisterWithoutEmcy
+            one.kind == ProblemKind::RegisterWithoutEmcy
                 && one.subject.node == Some(emergency.node)
                 && one.end.is_none()
         });
@@ -100,7 +100,7 @@ impl Emergencies {
             return;
         }
         // What followed from a command that is over has not come again.
-        let ordered = |one: &Incident| {
+        let ordered = |one: &Problem| {
             let cause = one.cause.and_then(|link| scene.ledger.by_id(link.cause));
             cause.is_some_and(|cause| cause.kind.is_harmless() && cause.end.is_some())
         };
@@ -115,7 +115,7 @@ impl Emergencies {
                         && !one.clue.reported.is_empty()
                 });
             let errs = !one.clue.reported.is_empty()
-                || matches!(one.kind, IncidentKind::AxisFault | IncidentKind::FollowingError);
+                || matches!(one.kind, ProblemKind::AxisFault | ProblemKind::FollowingError);
             one.subject.node == Some(node) && near && errs && one.end.is_none()
         });
         let place = match same.or(near) {
@@ -174,11 +174,11 @@ impl Emergencies {
         }
     }
 
-    /// Completes incidents at the end of the capture with the known consumer times. A silence that a rule assumed by a
+    /// Completes problems at the end of the capture with the known consumer times. A silence that a rule assumed by a
     /// time that is too short was none.
     pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
         for (node, (at, code)) in &self.read {
-            let fault = |one: &Incident| one.kind == IncidentKind::AxisFault && one.subject.node == Some(*node);
+            let fault = |one: &Problem| one.kind == ProblemKind::AxisFault && one.subject.node == Some(*node);
             let place = scene.ledger.last(scene.id, |one| fault(one) && !one.has("code") && one.begin.no < at.no);
             if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
                 one.fact("error_code", *code);
@@ -187,7 +187,7 @@ impl Emergencies {
         for place in 0..scene.ledger.all.len() {
             let Some(one) = scene.ledger.get(place) else { continue };
             let Some(node) = one.subject.node.filter(|_| one.bus == scene.id) else { continue };
-            let often = one.kind == IncidentKind::HeartbeatConsumerError && one.repeats.count >= TOO_SHORT;
+            let often = one.kind == ProblemKind::HeartbeatConsumerError && one.repeats.count >= TOO_SHORT;
             if often && let Some(short) = too_short(&scene.watched(node), [0; 5], scene) {
                 let written = scene.value(node, 0x1016, short.3).and_then(|(_, from)| from.frame());
                 if let Some(one) = scene.ledger.get_mut(place) {
@@ -198,7 +198,7 @@ impl Emergencies {
         for place in 0..scene.ledger.all.len() {
             let Some(one) = scene.ledger.get(place) else { continue };
             let silent =
-                one.bus == scene.id && matches!(one.kind, IncidentKind::NodeSilent | IncidentKind::HeartbeatStopped);
+                one.bus == scene.id && matches!(one.kind, ProblemKind::NodeSilent | ProblemKind::HeartbeatStopped);
             // A silence at the end that is longer than all before is none of those.
             let periods = one.ns("period").unwrap_or(0).saturating_mul(SILENT_PERIODS);
             let again = one.repeats.count > 1 && scene.at.since(one.repeats.since).is_some_and(|rest| rest < periods);
@@ -206,7 +206,7 @@ impl Emergencies {
             let Some(node) = one.subject.node.filter(|_| silent && !one.has("boot_up")) else { continue };
             let short = scene.ledger.all.iter().position(|other| {
                 let watches =
-                    other.kind == IncidentKind::ConsumerTimeTooShort && other.count("watched") == u64::from(node);
+                    other.kind == ProblemKind::ConsumerTimeTooShort && other.count("watched") == u64::from(node);
                 watches && other.bus == scene.id && one.ns("limit") <= other.ns("period")
             });
             if let Some(short) = short {
@@ -254,7 +254,7 @@ impl Emergencies {
         };
         let at = transfer.last;
         let open = scene.ledger.last(scene.id, |one| {
-            one.kind == IncidentKind::RegisterWithoutEmcy && one.subject.node == Some(node) && one.end.is_none()
+            one.kind == ProblemKind::RegisterWithoutEmcy && one.subject.node == Some(node) && one.end.is_none()
         });
         match (open.and_then(|place| scene.ledger.get_mut(place)), *register) {
             (Some(one), 0) => {
@@ -263,7 +263,7 @@ impl Emergencies {
             }
             (None, register) if register != 0 && self.quiet & bit(node) != 0 => {
                 let subject = Subject::node(node);
-                let place = scene.ledger.open(IncidentKind::RegisterWithoutEmcy, scene.id, subject, at, at);
+                let place = scene.ledger.open(ProblemKind::RegisterWithoutEmcy, scene.id, subject, at, at);
                 if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
                     one.fact("register", Quantity::Hex2(register));
                     one.step(at, StepRole::Sign, Saying::RegisterRead { register }, None);
@@ -298,8 +298,8 @@ impl Emergencies {
 
 /// Records that a consumer waits for less than the period of the monitored node; `written`: the frame that configured
 /// it.
-fn is_too_short(one: &mut Incident, (watched, limit, period, _): Short, written: Option<u64>) {
-    one.kind = IncidentKind::ConsumerTimeTooShort;
+fn is_too_short(one: &mut Problem, (watched, limit, period, _): Short, written: Option<u64>) {
+    one.kind = ProblemKind::ConsumerTimeTooShort;
     one.subject.nodes |= bit(watched);
     one.fact("watched", Quantity::Count(watched.into()));
     one.fact("limit", Quantity::Ns(limit));

@@ -6,9 +6,9 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
-use crate::problems::incident::{Incident, StepRole, Subject};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
+use crate::problems::problem::{Problem, StepRole, Subject};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::rules::finding::Quantity;
@@ -59,7 +59,7 @@ impl MissingHeartbeats {
             && !self.off.contains_key(&node)
         {
             let period = scene.bus.heartbeat_period(node);
-            let kind = IncidentKind::HeartbeatSwitchedOff;
+            let kind = ProblemKind::HeartbeatSwitchedOff;
             let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), transfer.first, transfer.last)
             else {
                 return;
@@ -97,8 +97,8 @@ impl MissingHeartbeats {
     pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
         // Heartbeats that are back at their period are no finding, nor are those after the first late one.
         for (node, (period, run)) in &self.periods {
-            let late = |one: &Incident| {
-                let counts = one.kind == IncidentKind::HeartbeatIrregular && one.subject.node == Some(*node);
+            let late = |one: &Problem| {
+                let counts = one.kind == ProblemKind::HeartbeatIrregular && one.subject.node == Some(*node);
                 counts && one.clue.least > one.repeats.count
             };
             let place = scene.ledger.last(scene.id, late);
@@ -107,8 +107,8 @@ impl MissingHeartbeats {
             {
                 (one.clue.least, one.clue.lasts, one.end) = (1, true, None);
             }
-            let changed = |one: &Incident| {
-                one.kind == IncidentKind::HeartbeatIrregular && one.end.is_none() && one.subject.node == Some(*node)
+            let changed = |one: &Problem| {
+                one.kind == ProblemKind::HeartbeatIrregular && one.end.is_none() && one.subject.node == Some(*node)
             };
             let place = scene.ledger.last(scene.id, changed);
             if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place))
@@ -129,7 +129,7 @@ impl MissingHeartbeats {
                 .iter()
                 .any(|one| is_of(one, scene, node) && one.end.is_none() && !one.kind.is_harmless());
             if silent && long && !told {
-                let kind = IncidentKind::MuteAfterBoot;
+                let kind = ProblemKind::MuteAfterBoot;
                 let place = scene.ledger.open(kind, scene.id, Subject::node(node), boot_up, boot_up);
                 if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
                     one.fact("period", Quantity::Ns(period));
@@ -147,12 +147,12 @@ impl MissingHeartbeats {
                     absent && scene.at.since(first).is_some_and(|since| since > limit.saturating_mul(CONSUMER_TIMES));
                 let told = scene.ledger.all.iter().any(|one| {
                     is_of(one, scene, node)
-                        && matches!(one.kind, IncidentKind::WatchedAbsent | IncidentKind::HeartbeatConsumerError)
+                        && matches!(one.kind, ProblemKind::WatchedAbsent | ProblemKind::HeartbeatConsumerError)
                 });
                 if !long || told {
                     continue;
                 }
-                let kind = IncidentKind::WatchedAbsent;
+                let kind = ProblemKind::WatchedAbsent;
                 let place = scene.ledger.open(kind, scene.id, Subject::node(node), first, first);
                 if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
                     one.fact("watched", Quantity::Count(watched.into()));
@@ -168,7 +168,7 @@ fn is_same(one: i64, other: i64) -> bool {
     one.saturating_sub(other).saturating_abs() <= one / SAME
 }
 
-/// Returns true if an incident concerns a node of the bus.
-fn is_of(one: &Incident, scene: &Scene<'_>, node: u8) -> bool {
+/// Returns true if a problem concerns a node of the bus.
+fn is_of(one: &Problem, scene: &Scene<'_>, node: u8) -> bool {
     one.bus == scene.id && one.subject.concerns(node)
 }

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::{CanId, Frame, FrameRef, Kind};
-use crate::problems::incident::{Incident, Subject, bit};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
+use crate::problems::problem::{Problem, Subject, bit};
 use crate::problems::scene::Scene;
 use crate::rules::finding::{Finding, Quantity};
 use crate::sdo::transfer::{Direction, Status, Transfer};
@@ -72,7 +72,7 @@ impl Identities {
         if before == value || then == boots {
             return;
         }
-        let (kind, subject) = (IncidentKind::AnotherDevice, Subject::node(node));
+        let (kind, subject) = (ProblemKind::AnotherDevice, Subject::node(node));
         let open = scene.ledger.last(scene.id, |one| one.kind == kind && one.subject.node == Some(node));
         if open.is_some() {
             return;
@@ -144,9 +144,9 @@ impl Identities {
             return;
         }
         let begin = doubled.0;
-        let shows = |one: &Incident| one.kind == IncidentKind::DamagedTransfer && one.subject.node == Some(node);
+        let shows = |one: &Problem| one.kind == ProblemKind::DamagedTransfer && one.subject.node == Some(node);
         let place = scene.ledger.last(scene.id, shows);
-        let kind = IncidentKind::DuplicateNodeId;
+        let kind = ProblemKind::DuplicateNodeId;
         let place = place.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, at));
         let Some(place) = place else { return };
         let place = scene.ledger.doubles(place, at, None);
@@ -186,7 +186,7 @@ impl Identities {
         // What was answered with another CAN-ID is not unanswered.
         for (node, place) in &self.elsewhere {
             let unanswered = scene.ledger.last(scene.id, |one| {
-                let asked = matches!(one.kind, IncidentKind::RequestUnanswered | IncidentKind::NodeAbsent);
+                let asked = matches!(one.kind, ProblemKind::RequestUnanswered | ProblemKind::NodeAbsent);
                 asked && one.subject.node == Some(*node)
             });
             if let Some(unanswered) = unanswered {
@@ -210,7 +210,7 @@ impl Identities {
                 _ => return,
             }
         }
-        let kind = IncidentKind::AnswerElsewhere;
+        let kind = ProblemKind::AnswerElsewhere;
         let place = known.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, at));
         let Some((place, one)) = place.and_then(|place| Some((place, scene.ledger.get_mut(place)?))) else { return };
         if known.is_some() || twice {

@@ -6,9 +6,9 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
-use crate::problems::incident::{Incident, StepRole, Subject};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
+use crate::problems::problem::{Problem, StepRole, Subject};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::rules::finding::Quantity;
@@ -47,8 +47,8 @@ impl Tries {
         Self { first: at, last: at, count: 0, place: None }
     }
 
-    /// Counts a time, and opens or extends the incident from `least` times on.
-    fn again(&mut self, at: FrameRef, (kind, node, least): (IncidentKind, u8, u64), scene: &mut Scene<'_>) {
+    /// Counts a time, and opens or extends the problem from `least` times on.
+    fn again(&mut self, at: FrameRef, (kind, node, least): (ProblemKind, u8, u64), scene: &mut Scene<'_>) {
         (self.count, self.last) = (self.count.saturating_add(1), at);
         if self.count >= least && self.place.is_none() {
             self.place = scene.ledger.open(kind, scene.id, Subject::node(node), self.first, at);
@@ -101,7 +101,7 @@ impl InVain {
                 }
                 let tries = self.reads.entry(key).or_insert(Tries::new(transfer.first));
                 let least = least(mux, abort.code.meaning());
-                tries.again(transfer.last, (IncidentKind::ReadInVain, transfer.node, least), scene);
+                tries.again(transfer.last, (ProblemKind::ReadInVain, transfer.node, least), scene);
                 if let Some(one) = tries.place.and_then(|place| scene.ledger.get_mut(place)) {
                     one.fact("object", Quantity::Object(mux));
                     one.fact("abort", Quantity::Abort(abort.code));
@@ -133,7 +133,7 @@ impl InVain {
         if reset.since(tries.last).is_some_and(|since| since > RESETS_NS) && tries.place.is_none() {
             *tries = Tries::new(reset);
         }
-        tries.again(reset, (IncidentKind::ResetAgain, node, RESETS), scene);
+        tries.again(reset, (ProblemKind::ResetAgain, node, RESETS), scene);
     }
 
     /// Concludes at the end of the capture.
@@ -153,7 +153,7 @@ impl InVain {
             return;
         }
         for (node, tries) in std::mem::take(&mut self.commands) {
-            let absent = |one: &Incident| one.kind == IncidentKind::NodeAbsent && one.subject.node == Some(node);
+            let absent = |one: &Problem| one.kind == ProblemKind::NodeAbsent && one.subject.node == Some(node);
             if tries.count < COMMANDS
                 || scene.heard.last(node).is_some()
                 || scene.ledger.last(scene.id, absent).is_some()
@@ -161,7 +161,7 @@ impl InVain {
                 continue;
             }
             let subject = Subject::node(node);
-            let place = scene.ledger.open(IncidentKind::NodeAbsent, scene.id, subject, tries.first, tries.last);
+            let place = scene.ledger.open(ProblemKind::NodeAbsent, scene.id, subject, tries.first, tries.last);
             if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
                 one.fact("commands", Quantity::Count(tries.count));
             }

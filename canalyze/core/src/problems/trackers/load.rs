@@ -6,9 +6,9 @@
 
 use crate::bytes::frame::{CanId, Frame, FrameRef};
 use crate::evidence::period::recent::UsualGap;
-use crate::problems::incident::{Grade, StepRole, Subject};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
+use crate::problems::problem::{Grade, StepRole, Subject};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::rules::finding::Quantity;
@@ -72,7 +72,7 @@ struct Window {
 
 /// The load of a bus.
 #[derive(Clone, Debug, Default)]
-pub(in crate::problems) struct LoadIncident {
+pub(in crate::problems) struct LoadProblem {
     streams: Vec<Stream>,
     /// Number of floods so far.
     flooded: u32,
@@ -103,7 +103,7 @@ fn bits(frame: &Frame) -> i64 {
     bare + 13 + bare / 12
 }
 
-impl LoadIncident {
+impl LoadProblem {
     /// Processes a frame of the bus, with its node.
     #[inline]
     pub(in crate::problems) fn frame(&mut self, frame: &Frame, node: Option<u8>, scene: &mut Scene<'_>) {
@@ -183,7 +183,7 @@ impl LoadIncident {
             return;
         }
         self.flooded += 1;
-        one.flood = scene.ledger.open(IncidentKind::Flood, scene.id, Subject::of(node), one.since, at);
+        one.flood = scene.ledger.open(ProblemKind::Flood, scene.id, Subject::of(node), one.since, at);
         if let Some(flood) = one.flood.and_then(|place| scene.ledger.get_mut(place)) {
             flood.fact("id", Quantity::Id(CanId::standard(identifier as u16)));
             flood.fact("period", Quantity::Ns(one.usual.ns));
@@ -218,7 +218,7 @@ impl LoadIncident {
     /// Ends the multiplied PDOs of a node that booted.
     pub(in crate::problems) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         let sent = scene.ledger.last(scene.id, |one| {
-            one.kind == IncidentKind::PdoMultiplied && one.subject.node == Some(node) && one.end.is_none()
+            one.kind == ProblemKind::PdoMultiplied && one.subject.node == Some(node) && one.end.is_none()
         });
         if let Some(place) = sent {
             over(place, scene.at, scene);
@@ -255,7 +255,7 @@ impl LoadIncident {
             self.dry(at, scene);
         }
         if self.full >= WINDOWS && self.open.is_none() {
-            self.open = scene.ledger.open(IncidentKind::Overload, scene.id, Subject::default(), self.since, at);
+            self.open = scene.ledger.open(ProblemKind::Overload, scene.id, Subject::default(), self.since, at);
             if let Some(one) = self.open.and_then(|place| scene.ledger.get_mut(place)) {
                 let load = (used * 100 / rate).clamp(0, 100) as u64;
                 one.fact("load_percent", Quantity::Count(load));
@@ -296,7 +296,7 @@ impl LoadIncident {
     }
 }
 
-/// Ends an incident.
+/// Ends a problem.
 fn over(place: LedgerPlace, at: FrameRef, scene: &mut Scene<'_>) {
     if let Some(one) = scene.ledger.get_mut(place) {
         one.step(at, StepRole::Recovery, Saying::Recovered, None);
@@ -313,7 +313,7 @@ fn multiplied(identifier: usize, (before, now): (i64, i64), (since, at): (FrameR
         return;
     }
     let subject = Subject { pdo: Some((true, number)), ..Subject::node(node) };
-    if let Some(place) = scene.ledger.open(IncidentKind::PdoMultiplied, scene.id, subject, since, at)
+    if let Some(place) = scene.ledger.open(ProblemKind::PdoMultiplied, scene.id, subject, since, at)
         && let Some(one) = scene.ledger.get_mut(place)
     {
         one.fact("period", Quantity::Ns(before));

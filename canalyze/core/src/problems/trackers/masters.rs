@@ -7,9 +7,9 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
-use crate::problems::incident::{Grade, StepRole, Subject, bit, members};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
+use crate::problems::problem::{Grade, StepRole, Subject, bit, members};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::sdo::wire::Mux;
@@ -49,7 +49,7 @@ pub(in crate::problems) struct Masters {
     both: usize,
     /// The first of them.
     first_both: Option<FrameRef>,
-    /// Their incident.
+    /// Their problem.
     clients: Option<LedgerPlace>,
 }
 
@@ -93,12 +93,12 @@ impl Masters {
         if self.both < CONTRADICTIONS && self.open.is_none() {
             return;
         }
-        let kind = IncidentKind::TwoClients;
+        let kind = ProblemKind::TwoClients;
         // Requests that are listed late overlap, too; a client that waits for its responses then has no finding.
         let found = scene.ledger.last(scene.id, |one| {
             let asked = matches!(
                 one.kind,
-                IncidentKind::RequestUnanswered | IncidentKind::LateAnswer | IncidentKind::DamagedTransfer
+                ProblemKind::RequestUnanswered | ProblemKind::LateAnswer | ProblemKind::DamagedTransfer
             );
             (asked || one.kind == kind) && one.subject.node == Some(node)
         });
@@ -121,7 +121,7 @@ impl Masters {
         let unanswered = scene.ledger.last(scene.id, |one| {
             let asked = matches!(
                 one.kind,
-                IncidentKind::RequestUnanswered | IncidentKind::LateAnswer | IncidentKind::DamagedTransfer
+                ProblemKind::RequestUnanswered | ProblemKind::LateAnswer | ProblemKind::DamagedTransfer
             );
             asked && one.subject.node == Some(node) && one.began_within(scene.at, CONTRARY_NS)
         });
@@ -160,19 +160,19 @@ impl Masters {
         let nodes = if node == 0 { scene.heard.known } else { bit(node) };
         let place = self
             .open
-            .or_else(|| scene.ledger.open(IncidentKind::TwoMasters, scene.id, Subject::nodes(nodes), first.1, at));
+            .or_else(|| scene.ledger.open(ProblemKind::TwoMasters, scene.id, Subject::nodes(nodes), first.1, at));
         self.open = place;
-        let Some(incident) = place.and_then(|place| scene.ledger.get_mut(place)) else { return };
-        incident.grade = Grade::Likely;
-        incident.subject.nodes |= nodes;
-        incident.repeats.count = incident.repeats.count.max(one.contrary.len() as u64);
-        incident.repeats.since = at;
+        let Some(problem) = place.and_then(|place| scene.ledger.get_mut(place)) else { return };
+        problem.grade = Grade::Likely;
+        problem.subject.nodes |= nodes;
+        problem.repeats.count = problem.repeats.count.max(one.contrary.len() as u64);
+        problem.repeats.since = at;
         for (command, at) in one.contrary.iter().skip(told).flat_map(|(stop, start)| [*stop, *start]) {
-            incident.step(at, StepRole::Sign, Saying::Commanded { command }, None);
+            problem.step(at, StepRole::Sign, Saying::Commanded { command }, None);
         }
     }
 
-    /// Ends incidents at the end of the capture without a recent contradiction.
+    /// Ends problems at the end of the capture without a recent contradiction.
     pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
         if let Some(one) = self.clients.take().and_then(|place| scene.ledger.get_mut(place)) {
             let last = one.repeats.since;

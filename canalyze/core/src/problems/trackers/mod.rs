@@ -1,6 +1,6 @@
 //! Trackers, which follow one kind of problem each from beginning to end.
 //!
-//! A tracker owns the memory of its open incidents. It reads events and the state of the bus, and writes only to the
+//! A tracker owns the memory of its open problems. It reads events and the state of the bus, and writes only to the
 //! ledger.
 
 pub(super) mod boots;

@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::evidence::period::recent::UsualGap;
-use crate::problems::incident::{Grade, StepRole, Subject};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
+use crate::problems::problem::{Grade, StepRole, Subject};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::rules::finding::Quantity;
@@ -79,7 +79,7 @@ struct AxisMotion {
     upward: Option<(FrameRef, bool)>,
     /// Steps to Operation enabled that were commanded by SDO without effect, one bit each, and the first of them.
     vain: (u8, Option<FrameRef>),
-    open: Vec<(IncidentKind, LedgerPlace)>,
+    open: Vec<(ProblemKind, LedgerPlace)>,
 }
 
 /// The targets of an axis: the last one, and their usual gap.
@@ -113,7 +113,7 @@ fn step(controlword: u16) -> Option<u8> {
 fn displayed(node: u8, mode: i8, scene: &mut Scene<'_>) {
     let waits = scene.ledger.last(scene.id, |one| {
         let asked = one.get("requested") == Some(Quantity::Mode(mode));
-        one.kind == IncidentKind::ModeNotTaken && one.subject.node == Some(node) && one.end.is_none() && asked
+        one.kind == ProblemKind::ModeNotTaken && one.subject.node == Some(node) && one.end.is_none() && asked
     });
     if let Some(one) = waits.and_then(|place| scene.ledger.get_mut(place)) {
         one.step(scene.at, StepRole::Recovery, Saying::Recovered, None);
@@ -169,7 +169,7 @@ impl Motions {
         }
     }
 
-    /// Forgets the axes of a node that booted or was lost, and ends their incidents.
+    /// Forgets the axes of a node that booted or was lost, and ends their problems.
     pub(in crate::problems) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         if self.axes.is_empty() {
             return;
@@ -230,13 +230,13 @@ impl Motions {
         axis.reset |= rises(FAULT_RESET) && axis.state == Some(DriveState::Fault);
         if axis.reset || word & FAULT_RESET == 0 || axis.state != Some(DriveState::Fault) {
             axis.held = None;
-            self.set(name, IncidentKind::FaultResetWithoutEdge, false, at, scene);
+            self.set(name, ProblemKind::FaultResetWithoutEdge, false, at, scene);
         } else if holds {
             let (since, count) = axis.held.map_or((at, 1), |(since, count)| (since, count + 1));
             axis.held = Some((since, count));
             let long = at.since(since).is_some_and(|since| since >= STANDS_NS);
             if count >= SAMPLES && long {
-                self.set(name, IncidentKind::FaultResetWithoutEdge, true, since, scene);
+                self.set(name, ProblemKind::FaultResetWithoutEdge, true, since, scene);
             }
         }
     }
@@ -283,35 +283,35 @@ impl Motions {
             let least = if *enable && !voltage { STANDS_NS } else { ENABLE_NS };
             (*enable || !voltage) && at.since(*since).is_some_and(|since| since >= least)
         });
-        let open = axis.open.iter().any(|(kind, _)| *kind == IncidentKind::NotEnabled);
+        let open = axis.open.iter().any(|(kind, _)| *kind == ProblemKind::NotEnabled);
         let disabled = told.map(|(since, _)| since).or((open && stays).then_some(at)).or(vain);
         let control = axis.control;
         let error = |modes: &[i8]| enabled && word & ERROR != 0 && mode.is_some_and(|mode| modes.contains(&mode));
-        self.set(name, IncidentKind::FollowingError, error(&FOLLOWS), at, scene);
+        self.set(name, ProblemKind::FollowingError, error(&FOLLOWS), at, scene);
         if !enabled {
             self.targets.remove(&name);
         }
-        self.set(name, IncidentKind::StateLeft, left, at, scene);
-        self.set(name, IncidentKind::HomingFailed, error(&[HOMING]), at, scene);
-        self.set(name, IncidentKind::InternalLimit, limit.is_some(), limit.unwrap_or(at), scene);
-        self.set(name, IncidentKind::SetPointIgnored, ignored.is_some(), ignored.unwrap_or(at), scene);
-        self.set(name, IncidentKind::NotEnabled, disabled.is_some(), disabled.unwrap_or(at), scene);
+        self.set(name, ProblemKind::StateLeft, left, at, scene);
+        self.set(name, ProblemKind::HomingFailed, error(&[HOMING]), at, scene);
+        self.set(name, ProblemKind::InternalLimit, limit.is_some(), limit.unwrap_or(at), scene);
+        self.set(name, ProblemKind::SetPointIgnored, ignored.is_some(), ignored.unwrap_or(at), scene);
+        self.set(name, ProblemKind::NotEnabled, disabled.is_some(), disabled.unwrap_or(at), scene);
         let stopping = state == DriveState::QuickStopActive;
         if let Some(control) = control
             && (!stopping || before == Some(DriveState::OperationEnabled))
         {
             let commanded = stopping && control & QUICK_STOP == 0;
-            self.set(name, IncidentKind::QuickStop, stopping, at, scene);
-            if commanded && let Some(one) = self.opened(name, IncidentKind::QuickStop, scene) {
+            self.set(name, ProblemKind::QuickStop, stopping, at, scene);
+            if commanded && let Some(one) = self.opened(name, ProblemKind::QuickStop, scene) {
                 one.fact("controlword", Quantity::Controlword(control));
             }
         }
         for kind in [
-            IncidentKind::NotEnabled,
-            IncidentKind::QuickStop,
-            IncidentKind::FollowingError,
-            IncidentKind::HomingFailed,
-            IncidentKind::InternalLimit,
+            ProblemKind::NotEnabled,
+            ProblemKind::QuickStop,
+            ProblemKind::FollowingError,
+            ProblemKind::HomingFailed,
+            ProblemKind::InternalLimit,
         ] {
             if let Some(one) = self.opened(name, kind, scene).filter(|one| !one.has("statusword")) {
                 one.fact("statusword", Quantity::Statusword(word));
@@ -320,20 +320,20 @@ impl Motions {
         }
     }
 
-    /// Returns the open incident of a kind for an axis.
+    /// Returns the open problem of a kind for an axis.
     fn opened<'a>(
         &self,
         name: AxisKey,
-        kind: IncidentKind,
+        kind: ProblemKind,
         scene: &'a mut Scene<'_>,
-    ) -> Option<&'a mut crate::problems::incident::Incident> {
+    ) -> Option<&'a mut crate::problems::problem::Problem> {
         let open = &self.axes.get(&name)?.open;
         let (_, place) = open.iter().find(|(other, _)| *other == kind)?;
         scene.ledger.get_mut(*place)
     }
 
-    /// Opens or ends the incident of a kind for an axis; `since`: its beginning.
-    fn set(&mut self, name: AxisKey, kind: IncidentKind, holds: bool, since: FrameRef, scene: &mut Scene<'_>) {
+    /// Opens or ends the problem of a kind for an axis; `since`: its beginning.
+    fn set(&mut self, name: AxisKey, kind: ProblemKind, holds: bool, since: FrameRef, scene: &mut Scene<'_>) {
         let Some(axis) = self.axes.get_mut(&name) else { return };
         let open = axis.open.iter().position(|(other, _)| *other == kind);
         match (open, holds) {
@@ -355,7 +355,7 @@ impl Motions {
                     one.again(since);
                 }
                 one.clue.watched = watched;
-                if kind == IncidentKind::InternalLimit {
+                if kind == ProblemKind::InternalLimit {
                     one.grade = Grade::Likely;
                 }
             }
@@ -376,10 +376,10 @@ impl Motions {
             let rest = scene.at.since(one.last).unwrap_or(0);
             let told = scene
                 .ledger
-                .last(scene.id, |other| other.kind == IncidentKind::TargetsLate && other.subject.node == Some(name.0));
+                .last(scene.id, |other| other.kind == ProblemKind::TargetsLate && other.subject.node == Some(name.0));
             // A node that is not Operational is owed none, and an RPDO that has stopped is a problem of its own.
             let stopped = scene.ledger.last(scene.id, |other| {
-                other.kind == IncidentKind::RpdoStopped && other.subject.concerns(name.0) && other.end.is_none()
+                other.kind == ProblemKind::RpdoStopped && other.subject.concerns(name.0) && other.end.is_none()
             });
             // With its controller everything has stopped, or the capture ends.
             let controlled = scene.heard.control.since(one.last).unwrap_or(0);
@@ -394,7 +394,7 @@ impl Motions {
             }
             let subject = Subject { axis: Some(name.1 + 1), axes: 1 << name.1, ..Subject::node(name.0) };
             let place =
-                told.or_else(|| scene.ledger.open(IncidentKind::TargetsLate, scene.id, subject, one.last, scene.at));
+                told.or_else(|| scene.ledger.open(ProblemKind::TargetsLate, scene.id, subject, one.last, scene.at));
             if let Some(late) = place.and_then(|place| scene.ledger.get_mut(place)) {
                 (late.end, late.clue.least) = (None, 1);
                 late.step(one.last, StepRole::Sign, Saying::NoTarget { gap: rest, period: one.usual.ns }, None);
@@ -423,13 +423,12 @@ impl Motions {
         if !one.usual.is_known() || gap < period.saturating_mul(MISSING) {
             return one.usual.learn(gap);
         }
-        let again = scene
-            .ledger
-            .last(scene.id, |one| one.kind == IncidentKind::TargetsLate && one.subject.node == Some(name.0));
+        let again =
+            scene.ledger.last(scene.id, |one| one.kind == ProblemKind::TargetsLate && one.subject.node == Some(name.0));
         let place = again.or_else(|| {
             let subject =
                 Subject { pdo: Some(pdo), axis: Some(name.1 + 1), axes: 1 << name.1, ..Subject::node(name.0) };
-            scene.ledger.open(IncidentKind::TargetsLate, scene.id, subject, last, at)
+            scene.ledger.open(ProblemKind::TargetsLate, scene.id, subject, last, at)
         });
         if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
             if again.is_some() {

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use crate::bytes::frame::{CanId, Frame, FrameRef};
 use crate::checks::pdo::configuration::pdo_parameter;
-use crate::problems::incident::{StepRole, Subject};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
+use crate::problems::problem::{StepRole, Subject};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::rules::finding::Quantity;
@@ -93,9 +93,9 @@ impl Pdos {
             *slot = frame.head();
         }
         (one.frames, one.last) = (one.frames.saturating_add(1), at);
-        if let Some(incident) = one.stopped.take().and_then(|place| scene.ledger.get_mut(place)) {
-            incident.step(at, StepRole::Recovery, Saying::PdoAgain, None);
-            incident.ends(at);
+        if let Some(problem) = one.stopped.take().and_then(|place| scene.ledger.get_mut(place)) {
+            problem.step(at, StepRole::Recovery, Saying::PdoAgain, None);
+            problem.ends(at);
         }
     }
 
@@ -116,14 +116,14 @@ impl Pdos {
             }
             one.frames = 0;
             if one.expected && one.twice >= TWICE && one.shared.is_none() && !*transmit {
-                one.shared = scene.ledger.open(IncidentKind::SharedCobId, scene.id, subject, one.last, one.last);
-                if let Some(incident) = one.shared.and_then(|place| scene.ledger.get_mut(place)) {
-                    incident.fact("alternates", Quantity::Count(2));
+                one.shared = scene.ledger.open(ProblemKind::SharedCobId, scene.id, subject, one.last, one.last);
+                if let Some(problem) = one.shared.and_then(|place| scene.ledger.get_mut(place)) {
+                    problem.fact("alternates", Quantity::Count(2));
                 }
             }
             let runs = scene.bus.state(*node) == Some(OPERATIONAL);
             if one.expected && one.without == CYCLES && one.stopped.is_none() && runs {
-                let kind = if *transmit { IncidentKind::PdoMissing } else { IncidentKind::RpdoStopped };
+                let kind = if *transmit { ProblemKind::PdoMissing } else { ProblemKind::RpdoStopped };
                 let here = scene.heard.last(*node).is_some_and(|last| last.no > one.last.no);
                 if !*transmit || here && is_unknown(*node, *number, scene) {
                     one.stopped = scene.ledger.open(kind, scene.id, subject, one.last, scene.at);
@@ -149,9 +149,9 @@ impl Pdos {
     /// Processes a frame that an RPDO takes again.
     fn taken(&mut self, id: CanId, at: FrameRef, scene: &mut Scene<'_>) {
         let place = self.untaken.remove(&id.raw()).and_then(|one| one.place);
-        if let Some(incident) = place.and_then(|place| scene.ledger.get_mut(place)) {
-            incident.step(at, StepRole::Recovery, Saying::PdoAgain, None);
-            incident.ends(at);
+        if let Some(problem) = place.and_then(|place| scene.ledger.get_mut(place)) {
+            problem.step(at, StepRole::Recovery, Saying::PdoAgain, None);
+            problem.ends(at);
         }
     }
 
@@ -167,8 +167,8 @@ impl Pdos {
         let at = frame.reference();
         if let Some(one) = self.untaken.get_mut(&id).filter(|one| one.place.is_some()) {
             one.count = one.count.saturating_add(1);
-            if let Some(incident) = one.place.and_then(|place| scene.ledger.get_mut(place)) {
-                incident.fact("frames", Quantity::Count(one.count));
+            if let Some(problem) = one.place.and_then(|place| scene.ledger.get_mut(place)) {
+                problem.fact("frames", Quantity::Count(one.count));
             }
             return;
         }
@@ -182,11 +182,11 @@ impl Pdos {
             return;
         }
         let subject = Subject { pdo: Some((false, number)), ..Subject::node(node) };
-        one.place = scene.ledger.open(IncidentKind::NotTaken, scene.id, subject, one.first, at);
-        if let Some(incident) = one.place.and_then(|place| scene.ledger.get_mut(place)) {
-            incident.fact("id", Quantity::Id(frame.id));
-            incident.fact("other", Quantity::Id(other));
-            incident.fact("frames", Quantity::Count(one.count));
+        one.place = scene.ledger.open(ProblemKind::NotTaken, scene.id, subject, one.first, at);
+        if let Some(problem) = one.place.and_then(|place| scene.ledger.get_mut(place)) {
+            problem.fact("id", Quantity::Id(frame.id));
+            problem.fact("other", Quantity::Id(other));
+            problem.fact("frames", Quantity::Count(one.count));
         }
     }
 }

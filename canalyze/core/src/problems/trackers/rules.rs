@@ -1,13 +1,13 @@
 //! Findings that no other tracker follows: their kind, number and end.
 //!
-//! The table is in `signs`. Findings of one kind about one subject are one incident if they recur soon.
+//! The table is in `signs`. Findings of one kind about one subject are one problem if they recur soon.
 
 use super::AGAIN_NS;
 use crate::bytes::frame::FrameRef;
 use crate::checks::pdo::configuration::pdo_parameter;
-use crate::problems::incident::{Incident, StepRole, Subject};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::{DOUBLE_NS, LedgerPlace};
+use crate::problems::problem::{Problem, StepRole, Subject};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::problems::signs::{self, Ends};
@@ -26,18 +26,18 @@ const MISSING: i64 = 5;
 const NO_LONGER_NS: i64 = 2_000_000_000;
 /// Maximum time from the first to the last node that a master stops guarding, in ns.
 const MASTER_NS: i64 = 5_000_000_000;
-/// Number of times from which an incident is still open at the end of the capture if the next time is not due yet.
+/// Number of times from which a problem is still open at the end of the capture if the next time is not due yet.
 pub(in crate::problems) const GOES_ON: u64 = 3;
 
-/// The open incidents.
+/// The open problems.
 #[derive(Clone, Debug, Default)]
-pub(in crate::problems) struct RuleIncidents {
+pub(in crate::problems) struct RuleProblems {
     open: Vec<(LedgerPlace, Ends)>,
-    /// The last time of incidents that end at once.
+    /// The last time of problems that end at once.
     last: Vec<(LedgerPlace, FrameRef)>,
 }
 
-/// A sign that may end incidents.
+/// A sign that may end problems.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::problems) struct Sign {
     pub(in crate::problems) ends: Ends,
@@ -58,29 +58,26 @@ impl Sign {
 }
 
 /// Returns true for kinds that are one problem of an SDO server.
-fn is_sdo(kind: IncidentKind) -> bool {
+fn is_sdo(kind: ProblemKind) -> bool {
     matches!(
         kind,
-        IncidentKind::RequestUnanswered
-            | IncidentKind::LateAnswer
-            | IncidentKind::DamagedTransfer
-            | IncidentKind::TwoClients
+        ProblemKind::RequestUnanswered
+            | ProblemKind::LateAnswer
+            | ProblemKind::DamagedTransfer
+            | ProblemKind::TwoClients
     )
 }
 
 /// Returns true for kinds that are one problem of SYNC.
-fn is_sync(kind: IncidentKind) -> bool {
+fn is_sync(kind: ProblemKind) -> bool {
     matches!(
         kind,
-        IncidentKind::SyncIrregular
-            | IncidentKind::SyncStopped
-            | IncidentKind::TwoSyncProducers
-            | IncidentKind::SyncLength
+        ProblemKind::SyncIrregular | ProblemKind::SyncStopped | ProblemKind::TwoSyncProducers | ProblemKind::SyncLength
     )
 }
 
-impl RuleIncidents {
-    /// Processes a finding; returns its incident if that is new.
+impl RuleProblems {
+    /// Processes a finding; returns its problem if that is new.
     pub(in crate::problems) fn found(&mut self, finding: &Finding, scene: &mut Scene<'_>) -> Option<LedgerPlace> {
         let (code, kind, least, ends) = signs::of(finding.code)?;
         let at = finding.about().unwrap_or(finding.at);
@@ -102,19 +99,19 @@ impl RuleIncidents {
             _ if stays => (kind, Ends::Never),
             // Its own length has been right all the time.
             _ if finding.measured().is_some_and(|all| all.get("consumer").is_some()) => (kind, Ends::Never),
-            (Code::Sdo002, Some("request")) => (IncidentKind::DamagedTransfer, Ends::Transferred),
+            (Code::Sdo002, Some("request")) => (ProblemKind::DamagedTransfer, Ends::Transferred),
             // A node that was heard exists.
             (Code::Sdo031, _) if finding.node.is_some_and(|node| scene.heard.last(node).is_some()) => {
-                (IncidentKind::RequestUnanswered, Ends::Answered)
+                (ProblemKind::RequestUnanswered, Ends::Answered)
             }
             // The outcome of a write is not known until the next one.
-            _ if kind == IncidentKind::RequestUnanswered && written(finding, scene) == Some(at.no) => {
+            _ if kind == ProblemKind::RequestUnanswered && written(finding, scene) == Some(at.no) => {
                 (kind, Ends::Written)
             }
             _ => (kind, ends),
         };
         // A stopped SYNC is not a problem of the node that misses it.
-        let node = finding.node.filter(|_| kind != IncidentKind::SyncStopped);
+        let node = finding.node.filter(|_| kind != ProblemKind::SyncStopped);
         let subject = Subject { pdo, ..Subject::of(node) };
         let because = finding.because_of.map(|frame| frame.no);
         // A finding with a count is placed at the last of them; one about a deadline where it was noticed.
@@ -126,15 +123,15 @@ impl RuleIncidents {
             let near =
                 one.end.is_none() || one.ended_within(at, ONE_TRANSFER_NS) || one.began_within(at, ONE_TRANSFER_NS);
             let soon = one.end.is_none() || one.ended_within(at, AGAIN_NS);
-            let of_kind = |is: fn(IncidentKind) -> bool| is(other) && is(kind) && node == subject.node && near;
+            let of_kind = |is: fn(ProblemKind) -> bool| is(other) && is(kind) && node == subject.node && near;
             let explained = because.is_some_and(|frame| one.holds(frame)) && !is_sdo(kind) && node == subject.node;
-            let two = other == IncidentKind::DuplicateNodeId && node == subject.node;
-            let second = kind == IncidentKind::DamagedTransfer && two;
+            let two = other == ProblemKind::DuplicateNodeId && node == subject.node;
+            let second = kind == ProblemKind::DamagedTransfer && two;
             same && soon || second || of_kind(is_sdo) || of_kind(is_sync) || explained
         });
         // It was there all along: the client did not wait for its response.
-        let late = |one: &Incident| {
-            one.kind == IncidentKind::NodeAbsent && one.subject.node == node && one.end == Some(finding.at)
+        let late = |one: &Problem| {
+            one.kind == ProblemKind::NodeAbsent && one.subject.node == node && one.end == Some(finding.at)
         };
         if code == Code::Sdo020
             && let Some(one) = scene.ledger.last(scene.id, late).and_then(|place| scene.ledger.get_mut(place))
@@ -179,8 +176,8 @@ impl RuleIncidents {
                 return None;
             }
             // The cause of what seemed to be single late or early ones, or lost heartbeats.
-            let second = kind == IncidentKind::TwoSyncProducers && one.kind == IncidentKind::SyncIrregular;
-            let slower = matches!(one.kind, IncidentKind::HeartbeatStopped | IncidentKind::NodeSilent);
+            let second = kind == ProblemKind::TwoSyncProducers && one.kind == ProblemKind::SyncIrregular;
+            let slower = matches!(one.kind, ProblemKind::HeartbeatStopped | ProblemKind::NodeSilent);
             if second || stays && slower {
                 self.last.retain(|(other, _)| *other != place);
                 (one.kind, one.clue.least, one.end, one.measured) = (kind, 1, None, finding.measured());
@@ -190,7 +187,7 @@ impl RuleIncidents {
                 }
                 return None;
             }
-            if code == Code::Sdo020 && one.kind == IncidentKind::RequestUnanswered && one.repeats.count == 1 {
+            if code == Code::Sdo020 && one.kind == ProblemKind::RequestUnanswered && one.repeats.count == 1 {
                 answered_late(one, finding);
             }
             // A consequence of an earlier one of the same kind is a repetition.
@@ -208,15 +205,15 @@ impl RuleIncidents {
             }
             return None;
         }
-        if kind == IncidentKind::DuplicateNodeId
+        if kind == ProblemKind::DuplicateNodeId
             && let Some(place) = scene.ledger.last(scene.id, |one| {
                 let shows = matches!(
                     one.kind,
-                    IncidentKind::NodeRestarted
-                        | IncidentKind::RestartLoop
-                        | IncidentKind::LeftOperational
-                        | IncidentKind::HeartbeatIrregular
-                        | IncidentKind::DamagedTransfer
+                    ProblemKind::NodeRestarted
+                        | ProblemKind::RestartLoop
+                        | ProblemKind::LeftOperational
+                        | ProblemKind::HeartbeatIrregular
+                        | ProblemKind::DamagedTransfer
                 );
                 let told = one.kind == kind;
                 (told || shows && one.began_within(finding.at, DOUBLE_NS)) && one.subject.node == subject.node
@@ -305,7 +302,7 @@ impl RuleIncidents {
         self.open.iter().any(|(_, ends)| *ends == Ends::Length)
     }
 
-    /// Processes a sign that may end incidents.
+    /// Processes a sign that may end problems.
     pub(in crate::problems) fn sign(&mut self, sign: Sign, scene: &mut Scene<'_>) {
         if self.open.is_empty() {
             return;
@@ -314,7 +311,7 @@ impl RuleIncidents {
         self.open.retain(|(place, ends)| {
             let Some(one) = scene.ledger.get_mut(*place) else { return false };
             // Two devices with one node-ID are there whatever comes.
-            if one.kind == IncidentKind::DuplicateNodeId {
+            if one.kind == ProblemKind::DuplicateNodeId {
                 return false;
             }
             if sign.ends == Ends::Heard && *ends == Ends::Answered && one.subject.node == sign.node {
@@ -342,7 +339,7 @@ impl RuleIncidents {
             }
             let said = match ends {
                 _ if sign.boot_up => Saying::Booted,
-                Ends::Heard if one.kind == IncidentKind::NodeAbsent => Saying::FirstHeard,
+                Ends::Heard if one.kind == ProblemKind::NodeAbsent => Saying::FirstHeard,
                 Ends::Heard | Ends::Controlled => Saying::HeardAgain,
                 Ends::Transferred => Saying::Transferred,
                 Ends::Answered => Saying::Answered,
@@ -358,7 +355,7 @@ impl RuleIncidents {
         });
     }
 
-    /// Ends incidents at the end of the capture, except those that go on.
+    /// Ends problems at the end of the capture, except those that go on.
     pub(in crate::problems) fn finish(&mut self, end: FrameRef, scene: &mut Scene<'_>) {
         stopped_together(scene);
         for (place, last) in self.last.drain(..) {
@@ -388,8 +385,7 @@ impl RuleIncidents {
                 one.ends(last);
             }
         }
-        for one in scene.ledger.all.iter_mut().filter(|one| one.kind == IncidentKind::PdoMissing && one.clue.least > 1)
-        {
+        for one in scene.ledger.all.iter_mut().filter(|one| one.kind == ProblemKind::PdoMissing && one.clue.least > 1) {
             let limit = one.ns("limit").or_else(|| one.ns("period")).or(one.clue.sync.map(|(_, period)| period));
             if limit.is_some_and(|limit| one.repeats.longest_ns > limit.saturating_mul(MISSING)) {
                 one.clue.least = 1;
@@ -398,10 +394,10 @@ impl RuleIncidents {
     }
 }
 
-/// Makes one incident of a master that stops guarding several nodes.
+/// Makes one problem of a master that stops guarding several nodes.
 fn stopped_together(scene: &mut Scene<'_>) {
     let of_bus = |place: &LedgerPlace, scene: &Scene<'_>| {
-        let one = scene.ledger.get(*place).filter(|one| one.kind == IncidentKind::GuardingStopped && !one.merged);
+        let one = scene.ledger.get(*place).filter(|one| one.kind == ProblemKind::GuardingStopped && !one.merged);
         one.filter(|one| one.bus == scene.id).map(|one| (one.begin, one.end.is_none()))
     };
     let mut first: Option<(LedgerPlace, FrameRef, bool)> = None;
@@ -418,16 +414,16 @@ fn stopped_together(scene: &mut Scene<'_>) {
     }
 }
 
-/// Returns true unless a finding is of another rule, or says something else, than an incident that stands for many rules.
-fn says_same(one: &Incident, finding: &Finding) -> bool {
+/// Returns true unless a finding is of another rule, or says something else, than a problem that stands for many rules.
+fn says_same(one: &Problem, finding: &Finding) -> bool {
     let sentence = |measured: Option<Measured>| measured.map(|measured| measured.variant.words.en);
     let code = one.findings.first().is_none_or(|cited| cited.code == finding.code);
-    one.kind != IncidentKind::WireError || code && sentence(one.measured) == sentence(finding.measured())
+    one.kind != ProblemKind::WireError || code && sentence(one.measured) == sentence(finding.measured())
 }
 
-/// Records that the unanswered request of an incident was answered after its client had given up.
-fn answered_late(one: &mut Incident, finding: &Finding) {
-    one.kind = IncidentKind::LateAnswer;
+/// Records that the unanswered request of a problem was answered after its client had given up.
+fn answered_late(one: &mut Problem, finding: &Finding) {
+    one.kind = ProblemKind::LateAnswer;
     for (name, until) in [("delay", finding.at), ("waited", one.noticed)] {
         if let Some(ns) = until.since(one.begin) {
             one.fact(name, Quantity::Ns(ns));
@@ -441,7 +437,7 @@ fn written(finding: &Finding, scene: &Scene<'_>) -> Option<u64> {
     Some(scene.heard.written(finding.node?)?.no)
 }
 
-/// Returns the number of times in a finding; without a single gap the incident is lasting.
+/// Returns the number of times in a finding; without a single gap the problem is lasting.
 fn times(finding: &Finding, least: u64) -> u64 {
     let Some(measured) = finding.measured() else { return finding.facts.count().max(1) };
     let counted = measured.facts().find_map(|(name, value)| match value {

@@ -19,7 +19,6 @@ mod cycle_numbers;
 mod emcy;
 pub(in crate::tables) mod findings;
 pub(in crate::tables) mod frames;
-mod incidents;
 mod lanes;
 mod listing;
 mod load;
@@ -29,6 +28,7 @@ pub mod od;
 pub mod od_nodes;
 pub mod od_values;
 mod pdo;
+mod problems;
 pub mod signals;
 mod states;
 mod sync_cycles;
@@ -99,7 +99,7 @@ pub enum Name {
     /// Load of buses.
     Load,
     /// Problems.
-    Incidents,
+    Problems,
 }
 
 impl Name {
@@ -120,7 +120,7 @@ impl Name {
         ("lanes", Name::Lanes),
         ("log", Name::Log),
         ("load", Name::Load),
-        ("problems", Name::Incidents),
+        ("problems", Name::Problems),
     ];
 }
 
@@ -231,14 +231,14 @@ impl Columns {
                 Name::Lanes => Box::new(Lanes::new(lang, selection(lang))),
                 Name::Log => Box::<Log>::default(),
                 Name::Load => Box::new(Load::new(bit_rate)),
-                Name::Incidents => Box::<Table<incidents::Incidents>>::default(),
+                Name::Problems => Box::<Table<problems::Problems>>::default(),
             }
         };
         let wanted = Name::NAMES.iter().map(|(_, name)| name).filter(|name| tables.contains(name));
         Self {
             done: Vec::new(),
             tables: wanted.map(table).collect(),
-            diagnoses: tables.contains(&Name::Incidents),
+            diagnoses: tables.contains(&Name::Problems),
             cycle_numbers: CycleNumbers::default(),
             repeats: Repeats::default(),
             last: FrameRef::default(),
@@ -379,7 +379,7 @@ pub fn schema() -> Vec<u8> {
         states::States::schema,
         emcy::Emcy::schema,
         findings::Findings::schema,
-        incidents::Incidents::schema,
+        problems::Problems::schema,
         sync_cycles::SyncCycles::schema,
         signals::Signals::schema,
         objects::Values::schema,

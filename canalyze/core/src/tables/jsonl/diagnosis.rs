@@ -1,21 +1,21 @@
-//! Incidents, as JSON lines: an object an incident in the order of their numbers, then one for all of it.
+//! Problems, as JSON lines: an object a problem in the order of their numbers, then one for all of it.
 
 use super::obj::{Given, Obj, Values, WriteJson, array, hex2, hex4, map, named, obj, pdo, raw, text, time};
 use super::{Setting, facts};
 use crate::bytes::frame::FrameRef;
-use crate::problems::incident::{Incident, IncidentId, Status, members};
+use crate::problems::problem::{Problem, ProblemId, Status, members};
 use crate::problems::rank::{is_root, roots};
 use crate::problems::{Diagnosis, Phase, advice, apart};
 use crate::wire::error_control;
 use crate::words::digits::put;
-use crate::words::incidents as words;
+use crate::words::problems as words;
 use crate::words::terms::drive;
 
 /// Appends all of it.
 pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
     for one in diagnosis.ledger().numbered() {
         obj! {
-            _: incident(setting, diagnosis, one, "final").inline(),
+            _: problem(setting, diagnosis, one, "final").inline(),
             _: for_people(setting, diagnosis, one).inline(),
         }
         .write_line(out);
@@ -23,28 +23,28 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
     whole(setting, diagnosis).write_line(out);
 }
 
-/// Appends the incidents alone at their end, without the keys that are for people.
+/// Appends the problems alone at their end, without the keys that are for people.
 pub fn ends(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
     for one in diagnosis.ledger().numbered() {
-        incident(setting, diagnosis, one, "final").write_line(out);
+        problem(setting, diagnosis, one, "final").write_line(out);
     }
 }
 
-/// Appends an incident as it is known when it begins to show, when its cause changes, or when it is over. Its status and
+/// Appends a problem as it is known when it begins to show, when its cause changes, or when it is over. Its status and
 /// cause may still change.
-pub fn changed(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, (phase, id): (Phase, IncidentId)) {
+pub fn changed(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, (phase, id): (Phase, ProblemId)) {
     let name = match phase {
         Phase::Opened => "opened",
         Phase::Linked => "linked",
         Phase::Ended => "ended",
     };
     if let Some(one) = diagnosis.ledger().by_id(id) {
-        incident(setting, diagnosis, one, name).write_line(out);
+        problem(setting, diagnosis, one, name).write_line(out);
     }
 }
 
-/// Returns the keys that are for people, and for those who put incidents in order.
-fn for_people<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis, one: &'a Incident) -> Obj<impl Values> {
+/// Returns the keys that are for people, and for those who put problems in order.
+fn for_people<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis, one: &'a Problem) -> Obj<impl Values> {
     let lang = setting.lang;
     let ledger = diagnosis.ledger();
     let link = one.cause.filter(|_| !is_root(one));
@@ -61,10 +61,10 @@ fn for_people<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis, one: &'a Incid
     }
 }
 
-fn incident<'a>(
+fn problem<'a>(
     setting: Setting<'a>,
     diagnosis: &'a Diagnosis,
-    one: &'a Incident,
+    one: &'a Problem,
     phase: &'static str,
 ) -> Obj<impl Values> {
     let (_, first, _) = diagnosis.extent();
@@ -75,7 +75,7 @@ fn incident<'a>(
     };
     let subject = &one.subject;
     let several = subject.node.is_none() || subject.nodes.count_ones() > 1;
-    let is_effect = |other: &&Incident| !is_root(other) && other.cause.is_some_and(|link| link.cause == one.id);
+    let is_effect = |other: &&Problem| !is_root(other) && other.cause.is_some_and(|link| link.cause == one.id);
     let parts = || one.parts.iter().map(|part| ledger.number(*part)).filter(|part| *part > 0);
     let again = one.repeats.count > 1;
     obj! {
@@ -95,7 +95,7 @@ fn incident<'a>(
         "grade": one.grade.name(), "begin": place(one.begin),
         "noticed": obj! { _: place(one.noticed).inline(), "delay": time(one.noticed.since(one.begin), 9) },
         "end": one.end.map(place),
-        /// Null where it is only possible: the incident stays a root.
+        /// Null where it is only possible: the problem stays a root.
         "cause": one.cause.filter(|_| !is_root(one)).map(|link| obj! {
             "id": ledger.number(link.cause), "link": text(move |out| put!(out; "L", link.rule)), "grade": link.grade.name(),
         }),
@@ -119,13 +119,13 @@ fn incident<'a>(
             "longest_ns": Given(again.then_some(one.repeats.longest_ns)),
             "total_ns": Given(again.then_some(one.repeats.total_ns)),
         },
-        /// Incidents that were reported while the capture was read and turned out at its end to be one with this.
+        /// Problems that were reported while the capture was read and turned out at its end to be one with this.
         "parts": Given(parts().next().map(|_| array(parts()))),
     }
 }
 
 /// Appends the measured facts, as an object.
-pub fn facts_of(out: &mut Vec<u8>, one: &Incident) {
+pub fn facts_of(out: &mut Vec<u8>, one: &Problem) {
     obj! { _: facts::quantities(one.facts.iter().copied()) }.write_json(out);
 }
 
@@ -134,7 +134,7 @@ fn whole<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis) -> impl WriteJson {
     let (ledger, lang) = (diagnosis.ledger(), setting.lang);
     let (beating, responses, slowest) = diagnosis.well();
     let order = roots(ledger);
-    let counts = [Status::Stands, Status::Unknown, Status::Over, Status::Harmless].map(|status| {
+    let counts = [Status::Open, Status::Unknown, Status::Ended, Status::Harmless].map(|status| {
         let all = order.iter().filter_map(|id| ledger.by_id(*id));
         (status.name(), all.filter(|one| one.status == status).count())
     });
@@ -157,7 +157,7 @@ fn whole<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis) -> impl WriteJson {
             "drives": array(view.drives.into_iter().map(move |state| drive::state(lang, state))),
             /// The last error code that it has reported and not cleared.
             "error": view.error.map(hex4),
-            "problem": view.incident.map(|id| ledger.number(id)),
+            "problem": view.problem.map(|id| ledger.number(id)),
         })),
         /// The number of nodes with heartbeats or responses to guarding.
         "heartbeats": beating,

@@ -1,17 +1,17 @@
-//! Differences of two captures, as JSON lines: first the incidents that differ, then the differences, then a line that
+//! Differences of two captures, as JSON lines: first the problems that differ, then the differences, then a line that
 //! closes them. `a` and `b` are the content of each capture, or null.
 
 use super::obj::{WriteJson, array, hex2, hex4, hex8, named, obj, pdo, raw, text, time};
-use crate::problems::incident::Incident;
+use crate::problems::problem::Problem;
 use crate::tables::diff::{DiffSetting, extents};
 use crate::tables::jsonl::sdo::side as by;
 use crate::views::diff::Comparison;
 use crate::views::diff::difference::{CaptureSide, Difference, Shows};
 use crate::views::diff::digest::{Action, Digest, Service, TransferDigest};
-use crate::views::diff::stories::{StoryDifference, lasted_ns};
+use crate::views::diff::problems::{ProblemDifference, lasted_ns};
 use crate::words::diff as words;
 use crate::words::digits::{Joined, put};
-use crate::words::{findings, incidents};
+use crate::words::{findings, problems};
 
 /// Appends all lines. `files`: the names of both.
 pub fn write(out: &mut Vec<u8>, setting: DiffSetting<'_>, comparison: &Comparison, files: [&[u8]; 2]) {
@@ -57,11 +57,11 @@ pub fn write(out: &mut Vec<u8>, setting: DiffSetting<'_>, comparison: &Compariso
     .write_line(out);
 }
 
-/// Returns an incident that is in one capture only, or differs in both.
-fn story<'a>(setting: DiffSetting<'a>, one: &'a StoryDifference) -> Option<impl WriteJson> {
-    let sides = setting.incidents(one);
+/// Returns a problem that is in one capture only, or differs in both.
+fn story<'a>(setting: DiffSetting<'a>, one: &'a ProblemDifference) -> Option<impl WriteJson> {
+    let sides = setting.problems(one);
     let (_, first) = sides.iter().flatten().next()?;
-    let [a, b] = sides.map(|side| side.map(|(digest, one)| incident(setting, digest, one)));
+    let [a, b] = sides.map(|side| side.map(|(digest, one)| problem(setting, digest, one)));
     Some(obj! {
         "kind": "problem_difference",
         "problem": first.kind.row().name,
@@ -74,7 +74,7 @@ fn story<'a>(setting: DiffSetting<'a>, one: &'a StoryDifference) -> Option<impl 
     })
 }
 
-fn incident<'a>(setting: DiffSetting<'a>, digest: &'a Digest, one: &'a Incident) -> impl WriteJson {
+fn problem<'a>(setting: DiffSetting<'a>, digest: &'a Digest, one: &'a Problem) -> impl WriteJson {
     obj! {
         "bus": named(digest.buses.name(one.bus)),
         "id": one.number, "frame": one.begin.listed().no, "t": time(one.begin.listed().t_ns, digest.decimals),
@@ -82,9 +82,9 @@ fn incident<'a>(setting: DiffSetting<'a>, digest: &'a Digest, one: &'a Incident)
         "status": one.status.name(),
         "duration_ns": lasted_ns(one).and_then(|ns| u64::try_from(ns).ok()),
         "count": one.repeats.count,
-        /// The kind of the incident that caused it.
+        /// The kind of the problem that caused it.
         "cause": digest.cause(one).map(|cause| cause.kind.row().name),
-        "text": text(move |out| incidents::title(out, setting.lang, one, digest.began_ns)),
+        "text": text(move |out| problems::title(out, setting.lang, one, digest.began_ns)),
     }
 }
 

@@ -4,7 +4,7 @@
 
 use super::obj::{Given, Obj, Values, WriteJson, array, hex2, hex4, hex8, members, obj, pdo, raw, text};
 use super::sdo;
-use crate::rules::finding::{CrcMatch, Facts, Finding, Problem, Quantity, Said};
+use crate::rules::finding::{CrcMatch, Facts, Finding, NamedProblem, Quantity, Said};
 use crate::words::digits::{Joined, Put, put};
 use crate::world::drive;
 use crate::world::event::{Note, Scanned};
@@ -84,7 +84,7 @@ fn said(said: &Said) -> impl WriteJson {
     })
 }
 
-fn problem(one: &Problem) -> impl WriteJson {
+fn problem(one: &NamedProblem) -> impl WriteJson {
     // The node only where no other key has it.
     obj! { "problem": one.name, "node": Given(one.node), "frame": one.frame }
 }

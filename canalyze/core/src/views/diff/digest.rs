@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use crate::bytes::frame::{BusId, Buses, CanId, Frame, FrameRef};
 use crate::problems::Diagnosis;
-use crate::problems::incident::Incident;
+use crate::problems::problem::Problem;
 use crate::problems::rank::is_root;
 use crate::rules::finding::{Code, Facts, Finding};
 use crate::sdo::transfer::{Abort, Direction, Mode, Status, Transfer};
@@ -224,7 +224,7 @@ pub struct Digest {
     /// Problems were diagnosed.
     pub diagnosed: bool,
     /// The problems, in the order in which they showed.
-    pub incidents: Vec<Incident>,
+    pub problems: Vec<Problem>,
     /// The first timestamp of the capture, from which titles count.
     pub began_ns: Option<i64>,
     /// Problems are to be diagnosed.
@@ -262,16 +262,16 @@ impl Digest {
         self.diagnoses
     }
 
-    /// Returns the cause of one of its incidents; a possible cause does not count.
-    pub fn cause(&self, one: &Incident) -> Option<&Incident> {
+    /// Returns the cause of one of its problems; a possible cause does not count.
+    pub fn cause(&self, one: &Problem) -> Option<&Problem> {
         let link = one.cause.filter(|_| !is_root(one))?;
-        self.incidents.iter().find(|other| other.id == link.cause)
+        self.problems.iter().find(|other| other.id == link.cause)
     }
 
     /// Takes the diagnosis at the end of the capture.
     pub fn diagnosis(&mut self, diagnosis: &Diagnosis) {
         self.diagnosed = true;
-        self.incidents = diagnosis.ledger().told().cloned().collect();
+        self.problems = diagnosis.ledger().told().cloned().collect();
         self.began_ns = diagnosis.extent().1.and_then(|first| first.t_ns);
     }
 

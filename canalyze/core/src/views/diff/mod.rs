@@ -1,7 +1,7 @@
 //! The comparison of two captures as CANopen: actions of nodes, not bytes or times.
 //!
 //! `digest` keeps the data of one capture while it streams by. `alignment` relates the two and finds the range that
-//! both cover. `items` compares actions in order (`align`), `cyclic` periodic frames, `stories` problems; `found`
+//! both cover. `items` compares actions in order (`align`), `cyclic` periodic frames, `problems` problems; `found`
 //! collects the differences. What a capture cannot show (frames before its beginning, times without timestamps) is not
 //! a difference. Nothing is put into words here.
 
@@ -13,7 +13,7 @@ pub mod digest;
 mod found;
 mod items;
 mod likeness;
-pub mod stories;
+pub mod problems;
 #[cfg(test)]
 mod tests;
 
@@ -27,7 +27,7 @@ use self::difference::{CaptureSide, Difference, DifferenceKind, Shows};
 use self::digest::{BusDigest, CapturePlace, CyclicStream, Digest, ItemKind, Service, Version};
 use self::found::Found;
 use self::items::Streams;
-use self::stories::StoryDifference;
+use self::problems::ProblemDifference;
 use crate::bytes::frame::{BusId, CanId};
 use crate::rules::finding::{Code, Finding, Quantity, Severity};
 use crate::sdo::wire::Mux;
@@ -49,7 +49,7 @@ pub struct Comparison {
     /// The number of further ones, which are not kept.
     pub more: u64,
     /// Problems that only one capture has, or that differ.
-    pub stories: Vec<StoryDifference>,
+    pub stories: Vec<ProblemDifference>,
     /// The relation of both.
     pub alignment: Alignment,
     /// The number of transfers, commands, states and the like of each in ranges that the other one does not cover.
@@ -88,7 +88,7 @@ pub fn compare(a: &Digest, b: &Digest, settings: &DiffSettings) -> Comparison {
         }
     }
     let Found { mut all, more, mut outside, .. } = found;
-    let (stories, beyond) = stories::compare(a, b, &pairs, settings, &alignment);
+    let (stories, beyond) = problems::compare(a, b, &pairs, settings, &alignment);
     outside.iter_mut().zip(beyond).for_each(|(sum, more)| *sum += more);
     all.sort_by(|one, other| one.order.cmp(&other.order).then(one.what.cmp(&other.what)));
     Comparison { differences: all, more, stories, alignment, outside }

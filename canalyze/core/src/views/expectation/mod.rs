@@ -10,10 +10,10 @@
 
 mod emcy;
 mod heartbeat;
-mod incident;
 mod latency;
 mod load;
 pub mod observed;
+mod problem;
 mod sdo;
 mod shown;
 mod signal;
@@ -50,7 +50,7 @@ pub struct Expectations {
     heartbeat: Vec<heartbeat::HeartbeatEntry>,
     sync: Vec<sync::SyncEntry>,
     emcy: Vec<emcy::EmcyEntry>,
-    problem: Vec<incident::IncidentEntry>,
+    problem: Vec<problem::ProblemEntry>,
     latency: Vec<latency::LatencyEntry>,
     load: Vec<load::LoadEntry>,
 }
@@ -71,7 +71,7 @@ impl Expectations {
         read.heartbeat.iter().try_for_each(heartbeat::HeartbeatEntry::check)?;
         read.sync.iter().try_for_each(sync::SyncEntry::check)?;
         read.emcy.iter().try_for_each(emcy::EmcyEntry::check)?;
-        read.problem.iter().try_for_each(incident::IncidentEntry::check)?;
+        read.problem.iter().try_for_each(problem::ProblemEntry::check)?;
         read.latency.iter().try_for_each(latency::LatencyEntry::check)?;
         read.load.iter().try_for_each(load::LoadEntry::check)?;
         Ok(read)
@@ -242,7 +242,7 @@ pub struct Verification {
     heartbeats: heartbeat::Heartbeats,
     syncs: sync::Syncs,
     emergencies: emcy::EmcyExpectations,
-    incidents: incident::IncidentExpectations,
+    problems: problem::ProblemExpectations,
     latencies: latency::Latencies,
     loads: load::Loads,
     shown: shown::ShownTransfers,
@@ -266,7 +266,7 @@ impl Verification {
             heartbeats: heartbeat::Heartbeats::new(file, &expected.heartbeat),
             syncs: sync::Syncs::new(file, &expected.sync),
             emergencies: emcy::EmcyExpectations::new(file, &expected.emcy),
-            incidents: incident::IncidentExpectations::new(file, &expected.problem),
+            problems: problem::ProblemExpectations::new(file, &expected.problem),
             latencies: latency::Latencies::new(file, &expected.latency),
             loads: load::Loads::new(file, &expected.load, bit_rate),
             shown: shown::ShownTransfers::default(),
@@ -409,7 +409,7 @@ impl Verification {
     /// Reports on problems at the end of the capture; `last` is its last frame.
     pub fn diagnosed(&self, diagnosis: &Diagnosis, last: FrameRef, events: &mut Vec<Event>, buses: &Buses) {
         let mut closing = Closing { last, end_ns: self.end_ns, buses, heard: &self.heard, found: events };
-        self.incidents.finish(diagnosis, &mut closing);
+        self.problems.finish(diagnosis, &mut closing);
     }
 }
 

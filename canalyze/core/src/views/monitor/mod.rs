@@ -5,9 +5,9 @@
 
 mod clock;
 mod findings;
-mod incidents;
 mod objects;
 mod page;
+mod problems;
 mod recent;
 mod snapshot;
 #[cfg(test)]

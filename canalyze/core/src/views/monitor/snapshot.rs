@@ -3,8 +3,8 @@
 //! Times are integers of ns, null for never and without timestamps; rates have one decimal. Keys are only ever added,
 //! never renamed. Nothing is changed here.
 
-use super::incidents::Incidents;
 use super::objects::{Label, LineForm, LineKey, ObjectLine};
+use super::problems::Problems;
 use super::trace::identifier;
 use super::transfers;
 use super::wire::{ErrorState, LastEmergency, Live, Wire};
@@ -27,8 +27,8 @@ const RUNNING: usize = 256;
 /// Returns the object.
 pub(super) fn snapshot(monitor: &Monitor, setting: Setting<'_>, known: Known<'_>) -> Vec<u8> {
     let mut out = Vec::with_capacity(64 << 10);
-    let incidents = Incidents::new(monitor, known);
-    let view = View { monitor, setting, known: known.buses, incidents: &incidents };
+    let problems = Problems::new(monitor, known);
+    let view = View { monitor, setting, known: known.buses, problems: &problems };
     obj! {
         "now_ns": monitor.clock.now_ns, "start_ns": monitor.clock.start_ns,
         /// See `Session::tally`.
@@ -40,8 +40,8 @@ pub(super) fn snapshot(monitor: &Monitor, setting: Setting<'_>, known: Known<'_>
         "transfers": obj! { "running": view.running(), "done": monitor.transfers.list() },
         "findings": monitor.findings.list(),
         /// In the order of reading, each cause before its effects; while the capture goes on, as if it were over now.
-        "problems": incidents.list(setting),
-        "problems_more": incidents.more(),
+        "problems": problems.list(setting),
+        "problems_more": problems.more(),
     }
     .write_json(&mut out);
     out
@@ -52,7 +52,7 @@ struct View<'a> {
     monitor: &'a Monitor,
     setting: Setting<'a>,
     known: &'a [Bus],
-    incidents: &'a Incidents<'a>,
+    problems: &'a Problems<'a>,
 }
 
 impl<'a> View<'a> {
@@ -123,7 +123,7 @@ impl<'a> View<'a> {
             "drive": self.drive(known, id, live, silent.is_some()),
             "findings": obj! { "error": error, "warning": warning },
             /// The first that concerns it and is not over.
-            "problem": self.incidents.of_node(lang, bus, id),
+            "problem": self.problems.of_node(lang, bus, id),
         }
     }
 

@@ -8,7 +8,7 @@
 
 use crate::bytes::frame::CanId;
 use crate::problems;
-use crate::problems::kinds::{Impact, IncidentKind, KINDS};
+use crate::problems::kinds::{Impact, KINDS, ProblemKind};
 use crate::rules::{Code, RULES, Words};
 use crate::sdo::abort_code::AbortCode;
 use crate::wire::cob_id::predefined;
@@ -58,16 +58,16 @@ const SORTS: &[(&str, Sort)] = &[
 
 /// A kind of problem; the clause or practice on which it rests, or `-`; the rules that show it beside those that are
 /// problems by themselves; the usual cause; what ends it.
-type Problem = (IncidentKind, &'static str, &'static [Code], Words, Words);
+type ProblemRow = (ProblemKind, &'static str, &'static [Code], Words, Words);
 
-static PROBLEMS: &[Problem] = words!("problems");
+static PROBLEMS: &[ProblemRow] = words!("problems");
 
 /// Appends what a code is; `false`, and nothing, where it is none that is known. `devices`: descriptions that were given,
 /// of nodes; of node 0 where it is not known which.
 pub fn code(out: &mut Vec<u8>, lang: Lang, text: &str, devices: &[Description]) -> bool {
     let text = text.trim();
     // One name may be that of a rule, of a kind and of a term: inhibit-time.
-    if rule(out, lang, text) | incident(out, lang, text) | term::term(out, lang, text) {
+    if rule(out, lang, text) | problem(out, lang, text) | term::term(out, lang, text) {
         return true;
     }
     let (sort, rest) = match text.split_once(char::is_whitespace) {
@@ -135,7 +135,7 @@ fn rule(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
     true
 }
 
-fn incident(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
+fn problem(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
     let Some(row) = KINDS.iter().find(|row| row.name.eq_ignore_ascii_case(text)) else { return false };
     put!(out; row.name, ": ", lang.of(row.words), "\n  ");
     let impact = match row.impact {

@@ -2,12 +2,12 @@
 //!
 //! `checks/nmt` decides if there was a command.
 
-use super::NodeIncidents;
+use super::NodeProblems;
 use super::losses::lost_with;
 use crate::bytes::frame::FrameRef;
-use crate::problems::incident::{StepRole, Subject, bit, members};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
+use crate::problems::problem::{StepRole, Subject, bit, members};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::problems::trackers::AGAIN_NS;
@@ -21,7 +21,7 @@ const LOOP: u64 = 3;
 /// Maximum distance of boot-ups of nodes that were lost together, in ns.
 const BACK_NS: i64 = 1_000_000_000;
 
-impl NodeIncidents {
+impl NodeProblems {
     /// Records a boot-up without a command (NMT003).
     pub(in crate::problems) fn restarted(&mut self, node: u8, finding: &Finding, was: bool, scene: &mut Scene<'_>) {
         let at = finding.at;
@@ -29,10 +29,10 @@ impl NodeIncidents {
             && let Some(one) = scene.ledger.get_mut(place)
             && matches!(
                 one.kind,
-                IncidentKind::NodeSilent
-                    | IncidentKind::SegmentLost
-                    | IncidentKind::NodeRestarted
-                    | IncidentKind::RestartLoop
+                ProblemKind::NodeSilent
+                    | ProblemKind::SegmentLost
+                    | ProblemKind::NodeRestarted
+                    | ProblemKind::RestartLoop
             )
         {
             let back = self.returned.get(&node) == Some(&at.no);
@@ -40,19 +40,19 @@ impl NodeIncidents {
                 one.again(at);
                 one.step(at, StepRole::Sign, Saying::BootedUnasked, Some(finding));
             }
-            if one.repeats.count >= LOOP && matches!(one.kind, IncidentKind::NodeRestarted | IncidentKind::NodeSilent) {
-                one.kind = IncidentKind::RestartLoop;
+            if one.repeats.count >= LOOP && matches!(one.kind, ProblemKind::NodeRestarted | ProblemKind::NodeSilent) {
+                one.kind = ProblemKind::RestartLoop;
             }
             return one.found(finding);
         }
         let silent = scene.ledger.last(scene.id, |one| {
             one.subject.concerns(node)
                 && one.end.is_some_and(|end| end.no == at.no)
-                && one.kind == IncidentKind::NodeSilent
+                && one.kind == ProblemKind::NodeSilent
         });
         if let Some(one) = silent.and_then(|place| scene.ledger.get_mut(place)) {
             if one.repeats.count >= LOOP {
-                one.kind = IncidentKind::RestartLoop;
+                one.kind = ProblemKind::RestartLoop;
             }
             return one.found(finding);
         }
@@ -65,15 +65,14 @@ impl NodeIncidents {
         // It was the boot-up of the other device.
         let double = scene
             .ledger
-            .last(scene.id, |one| one.kind == IncidentKind::DuplicateNodeId && one.subject.node == Some(node));
+            .last(scene.id, |one| one.kind == ProblemKind::DuplicateNodeId && one.subject.node == Some(node));
         if let Some(one) = double.filter(|_| finding.because_of.is_some()).and_then(|place| scene.ledger.get_mut(place))
         {
             one.begin = if at.no < one.begin.no { at } else { one.begin };
             return one.step(at, StepRole::Sign, Saying::BootedUnasked, Some(finding));
         }
         let again = scene.ledger.last(scene.id, |one| {
-            one.subject.node == Some(node)
-                && matches!(one.kind, IncidentKind::NodeRestarted | IncidentKind::RestartLoop)
+            one.subject.node == Some(node) && matches!(one.kind, ProblemKind::NodeRestarted | ProblemKind::RestartLoop)
         });
         let again = again.filter(|place| scene.ledger.get(*place).is_some_and(|one| one.ended_within(at, AGAIN_NS)));
         let place = match again {
@@ -81,12 +80,12 @@ impl NodeIncidents {
                 if let Some(one) = scene.ledger.get_mut(place) {
                     one.again(at);
                     if one.repeats.count >= LOOP {
-                        one.kind = IncidentKind::RestartLoop;
+                        one.kind = ProblemKind::RestartLoop;
                     }
                 }
                 Some(place)
             }
-            None => scene.ledger.open(IncidentKind::NodeRestarted, scene.id, Subject::node(node), at, at),
+            None => scene.ledger.open(ProblemKind::NodeRestarted, scene.id, Subject::node(node), at, at),
         };
         let Some(place) = place else { return };
         if let Some(one) = scene.ledger.get_mut(place) {
@@ -114,7 +113,7 @@ impl NodeIncidents {
     fn comes_with_others(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) -> bool {
         let (at, Some(before)) = (finding.at, self.before.get(&node).copied()) else { return false };
         let others = scene.ledger.last(scene.id, |one| {
-            let lost = matches!(one.kind, IncidentKind::SegmentLost | IncidentKind::NodeSilent) && one.has("boot_up");
+            let lost = matches!(one.kind, ProblemKind::SegmentLost | ProblemKind::NodeSilent) && one.has("boot_up");
             let back = members(one.subject.nodes).filter_map(|other| self.booted.get(&other));
             let near = back.into_iter().any(|other| at.since(*other).is_some_and(|ns| ns.saturating_abs() <= BACK_NS));
             // Its last frame is older than the loss, or came while the others were being lost.
@@ -133,7 +132,7 @@ impl NodeIncidents {
         let at = finding.at;
         let others = scene.ledger.last(scene.id, |one| {
             let near = at.since(one.begin).is_some_and(|since| since.saturating_abs() <= BACK_NS);
-            one.kind == IncidentKind::NodeRestarted && one.repeats.count == 1 && near && !one.subject.concerns(node)
+            one.kind == ProblemKind::NodeRestarted && one.repeats.count == 1 && near && !one.subject.concerns(node)
         });
         let Some(one) = others.and_then(|place| scene.ledger.get_mut(place)) else { return false };
         (one.subject.nodes, one.subject.node) = (one.subject.nodes | bit(node), None);
@@ -158,7 +157,7 @@ impl NodeIncidents {
         let at = finding.about().unwrap_or(finding.at);
         let trouble = scene.ledger.last(scene.id, |one| {
             // It could hear no node while it could not be heard. Others of its segment may still be away.
-            let lost = matches!(one.kind, IncidentKind::NodeSilent | IncidentKind::SegmentLost)
+            let lost = matches!(one.kind, ProblemKind::NodeSilent | ProblemKind::SegmentLost)
                 && (one.end.is_none() || one.ended_within(at, REACTION_NS));
             lost && one.subject.concerns(node)
         });
@@ -173,14 +172,14 @@ impl NodeIncidents {
         // A controller that stops all others stops as well.
         let trouble = trouble.or_else(|| {
             scene.ledger.last(scene.id, |one| {
-                let ordered = matches!(one.kind, IncidentKind::CommandedStop | IncidentKind::CommandedReset);
+                let ordered = matches!(one.kind, ProblemKind::CommandedStop | ProblemKind::CommandedReset);
                 let others = ordered && one.clue.everyone && scene.heard.serving & bit(node) == 0;
                 others && one.began_within(at, REACTION_NS)
             })
         });
         let place = trouble.or_else(|| {
             let place =
-                scene.ledger.open(IncidentKind::LeftOperational, scene.id, Subject::node(node), at, finding.at)?;
+                scene.ledger.open(ProblemKind::LeftOperational, scene.id, Subject::node(node), at, finding.at)?;
             scene.ledger.get_mut(place)?.fact("state", Quantity::State(to));
             Some(place)
         });
@@ -197,11 +196,11 @@ impl NodeIncidents {
         self.wait(node, place);
     }
 
-    /// Returns the recent incident of the same node leaving Operational. If it became Operational in between without a
+    /// Returns the recent problem of the same node leaving Operational. If it became Operational in between without a
     /// command, and repeatedly so, two nodes share the node-ID.
     fn left_again(&mut self, node: u8, at: FrameRef, scene: &mut Scene<'_>) -> Option<LedgerPlace> {
         let place = scene.ledger.last(scene.id, |one| {
-            let left = matches!(one.kind, IncidentKind::LeftOperational | IncidentKind::DuplicateNodeId);
+            let left = matches!(one.kind, ProblemKind::LeftOperational | ProblemKind::DuplicateNodeId);
             left && one.subject.node == Some(node) && (one.end.is_none() || one.ended_within(at, AGAIN_NS))
         })?;
         let since = scene.ledger.get(place)?.repeats.since;

@@ -2,9 +2,9 @@
 //!
 //! `checks/nmt` decides if a command had no effect.
 
-use super::{IgnoredRpdos, NodeIncidents};
-use crate::problems::incident::{StepRole, Subject, bit, members};
-use crate::problems::kinds::IncidentKind;
+use super::{IgnoredRpdos, NodeProblems};
+use crate::problems::kinds::ProblemKind;
+use crate::problems::problem::{StepRole, Subject, bit, members};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::problems::trackers::commanded::Commanded;
@@ -18,7 +18,7 @@ const WAITS_NS: i64 = 1_500_000_000;
 /// Maximum distance of resets that are one restart of the plant, in ns.
 const ONE_RESET_NS: i64 = 3_000_000_000;
 
-impl NodeIncidents {
+impl NodeProblems {
     /// Processes an NMT command to a node or to all (0); `before`: the nodes that were Operational until now.
     pub(in crate::problems) fn commanded(&mut self, command: u8, node: u8, before: u128, scene: &mut Scene<'_>) {
         let meant = if node == 0 { scene.heard.known } else { bit(node) & scene.heard.known };
@@ -26,7 +26,7 @@ impl NodeIncidents {
         if hit != 0 && command != 0x01 {
             let at = scene.at;
             let kind =
-                if matches!(command, 0x81 | 0x82) { IncidentKind::CommandedReset } else { IncidentKind::CommandedStop };
+                if matches!(command, 0x81 | 0x82) { ProblemKind::CommandedReset } else { ProblemKind::CommandedStop };
             let place = match &mut self.commanded {
                 Some(commanded)
                     if scene.ledger.get(commanded.place).is_some_and(|one| one.began_within(at, ONE_RESET_NS)) =>
@@ -42,7 +42,7 @@ impl NodeIncidents {
             };
             if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
                 one.subject.nodes |= hit;
-                if kind == IncidentKind::CommandedReset {
+                if kind == ProblemKind::CommandedReset {
                     one.kind = kind;
                 }
                 one.clue.everyone |= node == 0;
@@ -90,7 +90,7 @@ impl NodeIncidents {
         let ignored = self.ignored.entry(node).or_insert(IgnoredRpdos { first: at, last: at, count: 0, place: None });
         (ignored.last, ignored.count) = (at, ignored.count + 1);
         if ignored.count == COMMANDS {
-            let kind = IncidentKind::CommandsNotTaken;
+            let kind = ProblemKind::CommandsNotTaken;
             ignored.place = scene.ledger.open(kind, scene.id, Subject::node(node), ignored.first, at);
         }
     }
@@ -102,7 +102,7 @@ impl NodeIncidents {
             if place.is_some() || count < FEW || !long {
                 continue;
             }
-            let kind = IncidentKind::CommandsNotTaken;
+            let kind = ProblemKind::CommandsNotTaken;
             let place = scene.ledger.open(kind, scene.id, Subject::node(node), first, scene.at);
             if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
                 // The controller may be about to start it.
@@ -113,9 +113,9 @@ impl NodeIncidents {
 
     /// Records a command without effect (NMT002) or a missing boot-up (NMT006).
     pub(in crate::problems) fn owes(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
-        let kind = if finding.code == Code::Nmt006 { IncidentKind::NoBootUp } else { IncidentKind::StartWithoutEffect };
+        let kind = if finding.code == Code::Nmt006 { ProblemKind::NoBootUp } else { ProblemKind::StartWithoutEffect };
         let mut begin = finding.cause.unwrap_or(finding.at);
-        if kind == IncidentKind::StartWithoutEffect
+        if kind == ProblemKind::StartWithoutEffect
             && finding.measured().and_then(|all| all.get("command")) == Some(Quantity::Command(0x01))
             && let Some(first) = self.started.get(&node).filter(|_| !self.owing.contains_key(&node))
         {

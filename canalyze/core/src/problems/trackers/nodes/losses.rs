@@ -2,11 +2,11 @@
 //!
 //! `checks/heartbeat` decides if a heartbeat is overdue.
 
-use super::NodeIncidents;
+use super::NodeProblems;
 use crate::bytes::frame::FrameRef;
-use crate::problems::incident::{Grade, Incident, StepRole, Subject, bit, members};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
+use crate::problems::problem::{Grade, Problem, StepRole, Subject, bit, members};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::problems::trackers::AGAIN_NS;
@@ -17,7 +17,7 @@ const TOGETHER_NS: i64 = 100_000_000;
 /// Minimum time without a frame after which a node may be the one that a consumer misses, in ns.
 const UNHEARD_NS: i64 = 400_000_000;
 
-impl NodeIncidents {
+impl NodeProblems {
     /// Processes a frame of a node that is not a boot-up.
     pub(in crate::problems) fn heard(&mut self, node: u8, heartbeat: bool, scene: &mut Scene<'_>) {
         if heartbeat && !self.mute.is_empty() {
@@ -30,7 +30,7 @@ impl NodeIncidents {
         let at = scene.at;
         let Some(one) = scene.ledger.get_mut(place) else { return };
         gone(one, scene.heard.last(node), at);
-        if one.kind == IncidentKind::HeartbeatStopped && !heartbeat {
+        if one.kind == ProblemKind::HeartbeatStopped && !heartbeat {
             return;
         }
         one.step(at, StepRole::Recovery, Saying::HeardAgain, None);
@@ -39,7 +39,7 @@ impl NodeIncidents {
             one.fact("silence", Quantity::Ns(silence));
         }
         self.silent.remove(&node);
-        if !heartbeat && one.kind == IncidentKind::NodeSilent {
+        if !heartbeat && one.kind == ProblemKind::NodeSilent {
             self.mute.insert(node, (place, at));
         }
         if !self.silent.values().any(|other| *other == place) {
@@ -60,7 +60,7 @@ impl NodeIncidents {
         let rest = finding.at.since(begin).unwrap_or(i64::MAX);
         let beyond = begin.since(heartbeat).unwrap_or(0);
         let goes_on = period.is_some_and(|period| beyond > period.saturating_add(period / 2) && rest < beyond);
-        let kind = if goes_on { IncidentKind::HeartbeatStopped } else { IncidentKind::NodeSilent };
+        let kind = if goes_on { ProblemKind::HeartbeatStopped } else { ProblemKind::NodeSilent };
         let begin = if goes_on { heartbeat } else { begin };
         let place = self.again(kind, node, begin, scene).or_else(|| self.join(node, kind, begin, period, scene));
         let place = place.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, finding.at));
@@ -116,7 +116,7 @@ impl NodeIncidents {
             // A node reset by command is booting.
             let reset = self.commanded.as_ref().is_some_and(|commanded| {
                 let kind = scene.ledger.get(commanded.place).map(|one| one.kind);
-                commanded.waits_for(*node) && kind == Some(IncidentKind::CommandedReset)
+                commanded.waits_for(*node) && kind == Some(ProblemKind::CommandedReset)
             });
             *node != consumer && beats && !reset && age(*node) >= limit
         };
@@ -129,7 +129,7 @@ impl NodeIncidents {
         let Some(node) = named.or(alone) else { return };
         let Some(beat) = scene.heard.last_heartbeat(node) else { return };
         let (begin, producer) = last_sign(node, beat, at, scene);
-        let kind = IncidentKind::NodeSilent;
+        let kind = ProblemKind::NodeSilent;
         let again = self.again(kind, node, begin, scene);
         let Some(place) = again.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, at)) else {
             return;
@@ -155,12 +155,12 @@ impl NodeIncidents {
         // Other frames have come, but no heartbeat: it has stopped.
         for (node, (place, since)) in std::mem::take(&mut self.mute) {
             let (beat, end) = (scene.heard.last_heartbeat(node), scene.at);
-            let Some(one) = scene.ledger.get_mut(place).filter(|one| one.kind == IncidentKind::NodeSilent) else {
+            let Some(one) = scene.ledger.get_mut(place).filter(|one| one.kind == ProblemKind::NodeSilent) else {
                 continue;
             };
             let limit = one.ns("limit").or_else(|| one.ns("period")).unwrap_or(i64::MAX);
             if let Some(beat) = beat.filter(|_| end.since(since).is_some_and(|rest| rest > limit)) {
-                (one.kind, one.end) = (IncidentKind::HeartbeatStopped, None);
+                (one.kind, one.end) = (ProblemKind::HeartbeatStopped, None);
                 one.steps.retain(|step| step.role != StepRole::Recovery || step.at.no < since.no);
                 (one.begin, one.repeats.since, one.repeats.count) = (beat, beat, 1);
             }
@@ -181,7 +181,7 @@ impl NodeIncidents {
             return;
         }
         for place in self.silent.values() {
-            let Some(one) = scene.ledger.get_mut(*place).filter(|one| one.kind == IncidentKind::SegmentLost) else {
+            let Some(one) = scene.ledger.get_mut(*place).filter(|one| one.kind == ProblemKind::SegmentLost) else {
                 continue;
             };
             let period = one.ns("period").unwrap_or(0);
@@ -201,11 +201,11 @@ impl NodeIncidents {
         }
     }
 
-    /// Returns the same incident of the node if it recurs soon.
-    fn again(&mut self, kind: IncidentKind, node: u8, begin: FrameRef, scene: &mut Scene<'_>) -> Option<LedgerPlace> {
-        let same = |one: &Incident| {
+    /// Returns the same problem of the node if it recurs soon.
+    fn again(&mut self, kind: ProblemKind, node: u8, begin: FrameRef, scene: &mut Scene<'_>) -> Option<LedgerPlace> {
+        let same = |one: &Problem| {
             // A node that restarts again and again is silent meanwhile.
-            let loops = kind == IncidentKind::NodeSilent && one.kind == IncidentKind::RestartLoop;
+            let loops = kind == ProblemKind::NodeSilent && one.kind == ProblemKind::RestartLoop;
             (one.kind == kind || loops) && one.subject.node == Some(node)
         };
         let place = scene.ledger.last(scene.id, same)?;
@@ -223,7 +223,7 @@ impl NodeIncidents {
     fn join(
         &mut self,
         node: u8,
-        kind: IncidentKind,
+        kind: ProblemKind,
         begin: FrameRef,
         period: Option<i64>,
         scene: &mut Scene<'_>,
@@ -231,8 +231,8 @@ impl NodeIncidents {
         let place = self.silent.values().copied().max()?;
         let since = scene.heard.last(node)?;
         // When the next heartbeat of the other was due, it was already lost, and so was this one.
-        let one = scene.ledger.get_mut(place).filter(|one| kind == IncidentKind::NodeSilent && one.end.is_none())?;
-        if !matches!(one.kind, IncidentKind::NodeSilent | IncidentKind::SegmentLost) {
+        let one = scene.ledger.get_mut(place).filter(|one| kind == ProblemKind::NodeSilent && one.end.is_none())?;
+        if !matches!(one.kind, ProblemKind::NodeSilent | ProblemKind::SegmentLost) {
             return None;
         }
         let other_period = one.ns("period")?;
@@ -278,23 +278,23 @@ fn rounded(ns: i64) -> i64 {
 }
 
 /// Turns a loss of heartbeats into a silence if the node has sent nothing else for as long.
-fn gone(one: &mut Incident, last: Option<FrameRef>, at: FrameRef) {
+fn gone(one: &mut Problem, last: Option<FrameRef>, at: FrameRef) {
     let limit = one.ns("limit");
-    let Some(last) = last.filter(|last| one.kind == IncidentKind::HeartbeatStopped && last.no >= one.begin.no) else {
+    let Some(last) = last.filter(|last| one.kind == ProblemKind::HeartbeatStopped && last.no >= one.begin.no) else {
         return;
     };
     if limit.is_some_and(|limit| at.since(last) > Some(limit)) && one.repeats.count == 1 {
-        one.kind = IncidentKind::NodeSilent;
+        one.kind = ProblemKind::NodeSilent;
         (one.begin, one.repeats.since) = (last, last);
         one.step(last, StepRole::Sign, Saying::LastSign, None);
     }
 }
 
-/// Adds a node to an incident of lost nodes; its own facts stay.
-pub(super) fn lost_with(one: &mut Incident, node: u8) {
+/// Adds a node to a problem of lost nodes; its own facts stay.
+pub(super) fn lost_with(one: &mut Problem, node: u8) {
     one.subject.nodes |= bit(node);
     if one.subject.nodes.count_ones() > 1 {
-        one.kind = IncidentKind::SegmentLost;
+        one.kind = ProblemKind::SegmentLost;
         one.subject.node = None;
     }
 }

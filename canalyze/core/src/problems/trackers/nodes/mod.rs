@@ -1,7 +1,7 @@
 //! Nodes that are lost, restart, leave Operational or receive commands.
 //!
 //! A silence begins with the last frame of the node, not when it is noticed. It ends when the node is heard again, or,
-//! for a node that was Operational and boots, when it is Operational again. This module holds the open incidents and
+//! for a node that was Operational and boots, when it is Operational again. This module holds the open problems and
 //! ends them; `losses`, `changes` and `commands` open them. `checks/heartbeat` decides if a heartbeat is overdue.
 
 mod changes;
@@ -12,22 +12,22 @@ use std::collections::BTreeMap;
 
 use super::commanded::Commanded;
 use crate::bytes::frame::FrameRef;
-use crate::problems::incident::{StepRole, bit};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
+use crate::problems::problem::{StepRole, bit};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::rules::finding::Quantity;
 use crate::wire::error_control::OPERATIONAL;
 use crate::wire::nmt::START;
 
-/// The open incidents of the nodes of a bus.
+/// The open problems of the nodes of a bus.
 #[derive(Clone, Debug, Default)]
-pub(in crate::problems) struct NodeIncidents {
+pub(in crate::problems) struct NodeProblems {
     silent: BTreeMap<u8, LedgerPlace>,
-    /// Silent nodes that have sent other frames since, but no heartbeat: the incident and the first such frame.
+    /// Silent nodes that have sent other frames since, but no heartbeat: the problem and the first such frame.
     mute: BTreeMap<u8, (LedgerPlace, FrameRef)>,
-    /// Incidents of nodes that are back or left Operational, which end once the node is Operational.
+    /// Problems of nodes that are back or left Operational, which end once the node is Operational.
     waiting: BTreeMap<u8, Vec<LedgerPlace>>,
     /// Nodes that have to boot or to reach a state.
     owing: BTreeMap<u8, LedgerPlace>,
@@ -48,7 +48,7 @@ pub(in crate::problems) struct NodeIncidents {
     booted: BTreeMap<u8, FrameRef>,
 }
 
-/// RPDOs to a node that is not Operational: the first and the last, their number, and the incident.
+/// RPDOs to a node that is not Operational: the first and the last, their number, and the problem.
 #[derive(Clone, Copy, Debug)]
 struct IgnoredRpdos {
     first: FrameRef,
@@ -57,7 +57,7 @@ struct IgnoredRpdos {
     place: Option<LedgerPlace>,
 }
 
-impl NodeIncidents {
+impl NodeProblems {
     /// Records a boot-up of a node.
     pub(in crate::problems) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         let at = scene.at;
@@ -116,7 +116,7 @@ impl NodeIncidents {
                 || self.silent.values().any(|other| *other == place);
             if let Some(one) = scene.ledger.get_mut(place) {
                 one.step(at, StepRole::Recovery, Saying::OperationalAgain, None);
-                if !others && one.clue.codes.is_empty() && one.kind != IncidentKind::AxisFault {
+                if !others && one.clue.codes.is_empty() && one.kind != ProblemKind::AxisFault {
                     one.ends(at);
                 }
             }
@@ -125,7 +125,7 @@ impl NodeIncidents {
             && scene.ledger.get(place).is_some_and(|one| {
                 // A node that goes on has not obeyed another command.
                 let ignored = one.get("command").is_some_and(|command| command != Quantity::Command(START));
-                one.kind == IncidentKind::StartWithoutEffect && !ignored
+                one.kind == ProblemKind::StartWithoutEffect && !ignored
             })
         {
             self.owing.remove(&node);
@@ -137,7 +137,7 @@ impl NodeIncidents {
         }
     }
 
-    /// Returns true if an incident ends only once its node is Operational.
+    /// Returns true if a problem ends only once its node is Operational.
     pub(in crate::problems) fn waits(&self, place: LedgerPlace) -> bool {
         self.waiting.values().flatten().any(|other| *other == place)
     }
@@ -155,7 +155,7 @@ impl NodeIncidents {
         self.silent.contains_key(&node)
     }
 
-    /// Returns the last boot-up of the nodes of an incident that are back without being Operational.
+    /// Returns the last boot-up of the nodes of a problem that are back without being Operational.
     pub(in crate::problems) fn back(&self, place: LedgerPlace) -> Option<FrameRef> {
         let waiting = self.waiting.iter().filter(|(_, places)| places.contains(&place));
         waiting.filter_map(|(node, _)| self.booted.get(node).copied()).max_by_key(|at| at.no)

@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
 
 mod any;
-mod incidents;
 mod measured;
+mod problems;
 mod states;
 mod transfers;
 

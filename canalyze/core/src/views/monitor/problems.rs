@@ -6,28 +6,28 @@
 use super::clock::CaptureClock;
 use super::{Known, Monitor};
 use crate::bytes::frame::BusId;
-use crate::problems::incident::{Incident, IncidentId, Status, members};
+use crate::problems::problem::{Problem, ProblemId, Status, members};
 use crate::problems::rank::{is_root, stories};
 use crate::problems::{Diagnosis, advice};
 use crate::tables::jsonl::Setting;
 use crate::tables::jsonl::obj::{WriteJson, array, obj, text};
-use crate::words::{Lang, incidents as words};
+use crate::words::{Lang, problems as words};
 
 /// Maximum number of rows.
 const ROWS: usize = 256;
 
-/// The present incidents.
-pub(super) struct Incidents<'a> {
+/// The present problems.
+pub(super) struct Problems<'a> {
     clock: CaptureClock,
     /// The diagnosis while the capture continues; `None` without problems.
     told: Option<&'a Diagnosis>,
     /// The diagnosis as if the capture had ended now.
     now: Option<&'a Diagnosis>,
     /// In reading order, with the number of causes above each.
-    order: Vec<(IncidentId, u64)>,
+    order: Vec<(ProblemId, u64)>,
 }
 
-impl<'a> Incidents<'a> {
+impl<'a> Problems<'a> {
     /// Takes the present knowledge.
     pub(super) fn new(monitor: &Monitor, known: Known<'a>) -> Self {
         let told = known.diagnosis.filter(|one| !one.is_empty());
@@ -47,10 +47,10 @@ impl<'a> Incidents<'a> {
         array(self.rows().take(ROWS).map(move |(one, depth)| self.row(setting, one, depth)))
     }
 
-    /// Returns the first incident that concerns a node and is not over.
+    /// Returns the first problem that concerns a node and is not over.
     pub(super) fn of_node(&self, lang: Lang, bus: BusId, node: u8) -> Option<impl WriteJson> {
-        let mine = |one: &&Incident| {
-            one.bus == bus && one.subject.concerns(node) && matches!(one.status, Status::Stands | Status::Unknown)
+        let mine = |one: &&Problem| {
+            one.bus == bus && one.subject.concerns(node) && matches!(one.status, Status::Open | Status::Unknown)
         };
         let one = self.rows().map(|(one, _)| one).find(mine)?;
         Some(obj! {
@@ -58,17 +58,17 @@ impl<'a> Incidents<'a> {
         })
     }
 
-    fn rows(&self) -> impl Iterator<Item = (&Incident, u64)> {
+    fn rows(&self) -> impl Iterator<Item = (&Problem, u64)> {
         self.order.iter().filter_map(|(id, depth)| Some((self.now?.ledger().by_id(*id)?, *depth)))
     }
 
     /// Returns true if the rest of the capture may change it.
-    fn is_provisional(&self, one: &Incident) -> bool {
+    fn is_provisional(&self, one: &Problem) -> bool {
         let settled = self.told.is_none_or(|told| told.is_settled(one, self.clock.now_ns));
         self.told.is_some_and(|told| !told.is_over()) && (one.status == Status::Unknown || !settled)
     }
 
-    fn row<'b>(&'b self, setting: Setting<'a>, one: &'b Incident, depth: u64) -> impl WriteJson {
+    fn row<'b>(&'b self, setting: Setting<'a>, one: &'b Problem, depth: u64) -> impl WriteJson {
         let row = one.kind.row();
         let link = one.cause.filter(|_| !is_root(one));
         let shown = self.now.map(|now| now.shown()).unwrap_or_default();

@@ -1,7 +1,7 @@
-//! The comparison of problems: incidents matched by kind, bus, subject and object.
+//! The comparison of problems: problems matched by kind, bus, subject and object.
 //!
-//! Matching incidents are paired in order. Only the range that both captures cover is judged, and only if both have
-//! timestamps: without them silence does not show. A consequence of an incident that one capture lacks is not a
+//! Matching problems are paired in order. Only the range that both captures cover is judged, and only if both have
+//! timestamps: without them silence does not show. A consequence of a problem that one capture lacks is not a
 //! difference of its own. Nothing is put into words here.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,30 +10,30 @@ use super::DiffSettings;
 use super::alignment::Alignment;
 use super::digest::{CapturePlace, Digest};
 use crate::bytes::frame::{BusId, FrameRef};
-use crate::problems::incident::{Incident, Status};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
+use crate::problems::problem::{Problem, Status};
 use crate::rules::finding::Quantity;
 use crate::sdo::wire::Mux;
 
-/// Commands and repeated frames this long before an incident may explain it, in ns.
+/// Commands and repeated frames this long before a problem may explain it, in ns.
 const CONTEXT_NS: i64 = 3_000_000_000;
 /// Durations that differ by no more than this are equal, in ns.
 const CLOSE_NS: i64 = 10_000_000;
-/// Maximum number of steps from an incident to its first cause.
+/// Maximum number of steps from a problem to its first cause.
 const CHAIN: usize = 16;
 
-/// An incident of one capture only, or one that differs.
+/// A problem of one capture only, or one that differs.
 #[derive(Clone, Debug)]
-pub struct StoryDifference {
+pub struct ProblemDifference {
     /// The bus, in A and in B.
     pub bus: [Option<BusId>; 2],
-    /// The index of the incident in each capture.
+    /// The index of the problem in each capture.
     pub sides: [Option<usize>; 2],
     /// The properties that differ; empty if only one has it.
     pub differs: Vec<Differs>,
 }
 
-/// A property of an incident that differs.
+/// A property of a problem that differs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Differs {
     /// The status.
@@ -58,10 +58,10 @@ impl Differs {
     }
 }
 
-/// The key of matching incidents.
-type StoryKey = (IncidentKind, (Option<u8>, u128), (Option<u8>, u8), Option<(bool, u16)>, Option<(u16, u8)>);
+/// The key of matching problems.
+type StoryKey = (ProblemKind, (Option<u8>, u128), (Option<u8>, u8), Option<(bool, u16)>, Option<(u16, u8)>);
 
-fn key(one: &Incident) -> StoryKey {
+fn key(one: &Problem) -> StoryKey {
     let object = one.facts.iter().find_map(|(name, value)| match value {
         Quantity::Object(Mux { index, sub }) if *name == "object" => Some((*index, *sub)),
         _ => None,
@@ -70,7 +70,7 @@ fn key(one: &Incident) -> StoryKey {
     (one.kind, (subject.node, subject.nodes), (subject.axis, subject.axes), subject.pdo, object)
 }
 
-/// The frames that have to be captured for an incident to show.
+/// The frames that have to be captured for a problem to show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Needs {
     /// Its own frames.
@@ -81,17 +81,17 @@ enum Needs {
     Everything,
 }
 
-fn needs(kind: IncidentKind) -> Needs {
-    use IncidentKind::{
+fn needs(kind: ProblemKind) -> Needs {
+    use ProblemKind::{
         BusOff, BusTrouble, CommunicationError, HeartbeatStopped, LeftOperational, LssRefused, LssUnanswered,
         NodeRestarted, NodeSilent, Overrun, RequestUnanswered, RestartLoop, SegmentLost, WireError,
     };
     match kind {
         _ if family(kind) == Family::Refusal => Needs::Nothing,
         RequestUnanswered | LssRefused | LssUnanswered | WireError => Needs::Nothing,
-        IncidentKind::DeviceError | CommunicationError | BusTrouble | Overrun => Needs::Nothing,
+        ProblemKind::DeviceError | CommunicationError | BusTrouble | Overrun => Needs::Nothing,
         NodeSilent | SegmentLost | HeartbeatStopped | NodeRestarted | RestartLoop | LeftOperational => Needs::Context,
-        IncidentKind::AxisFault | BusOff => Needs::Context,
+        ProblemKind::AxisFault | BusOff => Needs::Context,
         _ => Needs::Everything,
     }
 }
@@ -102,15 +102,15 @@ enum Family {
     Refusal,
     Error,
     Service,
-    Own(IncidentKind),
+    Own(ProblemKind),
 }
 
-fn family(kind: IncidentKind) -> Family {
-    use IncidentKind::{
+fn family(kind: ProblemKind) -> Family {
+    use ProblemKind::{
         AccessRefused, LengthRefused, MappingRefused, ObjectRefused, StateRefused, ValueRefused, WriteRefused,
     };
-    use IncidentKind::{AxisFault, BusTrouble, CommunicationError, DeviceError, Overrun, RpdoTimeout};
-    use IncidentKind::{DamagedTransfer, LateAnswer, RequestUnanswered, TwoClients};
+    use ProblemKind::{AxisFault, BusTrouble, CommunicationError, DeviceError, Overrun, RpdoTimeout};
+    use ProblemKind::{DamagedTransfer, LateAnswer, RequestUnanswered, TwoClients};
     match kind {
         AccessRefused | LengthRefused | MappingRefused | ObjectRefused | StateRefused => Family::Refusal,
         ValueRefused | WriteRefused => Family::Refusal,
@@ -129,12 +129,12 @@ struct Compared<'a> {
 }
 
 impl<'a> Compared<'a> {
-    fn get(&self, place: usize) -> Option<&'a Incident> {
-        self.digest.incidents.get(place)
+    fn get(&self, place: usize) -> Option<&'a Problem> {
+        self.digest.problems.get(place)
     }
 
-    /// Returns true if the other capture surely covers an incident from its start to a frame.
-    fn covers(&self, one: &Incident, to: FrameRef) -> bool {
+    /// Returns true if the other capture surely covers a problem from its start to a frame.
+    fn covers(&self, one: &Problem, to: FrameRef) -> bool {
         let needs = needs(one.kind);
         if needs == Needs::Everything && self.is_apart() {
             return false;
@@ -157,24 +157,24 @@ impl<'a> Compared<'a> {
         }
     }
 
-    /// Returns true if this capture has an incident of the same node and family on a bus around a position on the scale
-    /// of A, and the captures do not begin and end together: the other one's incident may be a part of it, or be
+    /// Returns true if this capture has a problem of the same node and family on a bus around a position on the scale
+    /// of A, and the captures do not begin and end together: the other one's problem may be a part of it, or be
     /// reported as another kind.
-    fn has_around(&self, bus: Option<BusId>, one: &Incident, position: i64) -> bool {
-        let around = |other: &Incident| {
+    fn has_around(&self, bus: Option<BusId>, one: &Problem, position: i64) -> bool {
+        let around = |other: &Problem| {
             let lasts = other.end.is_none_or(|end| self.on_a(end).saturating_add(CONTEXT_NS) >= position);
             lasts && self.on_a(other.begin) <= position.saturating_add(CONTEXT_NS)
         };
-        let same = |other: &&Incident| {
+        let same = |other: &&Problem| {
             Some(other.bus) == bus && other.subject.node == one.subject.node && family(other.kind) == family(one.kind)
         };
-        self.is_apart() && self.digest.incidents.iter().filter(same).any(around)
+        self.is_apart() && self.digest.problems.iter().filter(same).any(around)
     }
 
-    /// Returns the incidents of a bus that the other capture may have, too, by their keys.
+    /// Returns the problems of a bus that the other capture may have, too, by their keys.
     fn of_bus(&self, bus: Option<BusId>) -> BTreeMap<StoryKey, Vec<usize>> {
         let mut found: BTreeMap<StoryKey, Vec<usize>> = BTreeMap::new();
-        for (place, one) in self.digest.incidents.iter().enumerate().filter(|(_, one)| Some(one.bus) == bus) {
+        for (place, one) in self.digest.problems.iter().enumerate().filter(|(_, one)| Some(one.bus) == bus) {
             if self.alignment.may_cover(self.number, CapturePlace::of(one.begin).on(true)) {
                 found.entry(key(one)).or_default().push(place);
             }
@@ -182,12 +182,12 @@ impl<'a> Compared<'a> {
         found
     }
 
-    /// Returns the index of the first cause of an incident.
+    /// Returns the index of the first cause of a problem.
     fn root(&self, place: usize) -> usize {
         let mut at = place;
         for _ in 0..CHAIN {
             let cause = self.get(at).and_then(|one| self.digest.cause(one)).map(|cause| cause.id);
-            let place = cause.and_then(|id| self.digest.incidents.iter().position(|one| one.id == id));
+            let place = cause.and_then(|id| self.digest.problems.iter().position(|one| one.id == id));
             let Some(place) = place else { break };
             at = place;
         }
@@ -208,7 +208,7 @@ pub(super) fn compare(
     pairs: &[(Option<BusId>, Option<BusId>)],
     settings: &DiffSettings,
     alignment: &Alignment,
-) -> (Vec<StoryDifference>, [u64; 2]) {
+) -> (Vec<ProblemDifference>, [u64; 2]) {
     let (mut found, mut outside) = (Vec::new(), [0; 2]);
     if !alignment.by_time || alignment.is_blurred() || !(a.diagnosed && b.diagnosed) {
         return (found, outside);
@@ -232,7 +232,7 @@ pub(super) fn compare(
                 of_b_matched.insert(in_b);
                 let differs = differing([of_a, of_b], [in_a, in_b], settings.tolerance);
                 if !differs.is_empty() {
-                    found.push(StoryDifference { bus, sides: [Some(in_a), Some(in_b)], differs });
+                    found.push(ProblemDifference { bus, sides: [Some(in_a), Some(in_b)], differs });
                 }
             }
             let [left_a, left_b] = &mut left;
@@ -257,7 +257,7 @@ pub(super) fn compare(
                     if let Some(slot) = sides.get_mut(side.number) {
                         *slot = Some(place);
                     }
-                    found.push(StoryDifference { bus, sides, differs: Vec::new() });
+                    found.push(ProblemDifference { bus, sides, differs: Vec::new() });
                 } else {
                     *outside += 1;
                 }
@@ -272,7 +272,7 @@ pub(super) fn compare(
     (found, outside)
 }
 
-/// Returns the properties in which an incident of A differs from its counterpart in B, as far as both captures show
+/// Returns the properties in which a problem of A differs from its counterpart in B, as far as both captures show
 /// them.
 fn differing(sides: [&Compared<'_>; 2], places: [usize; 2], tolerance: f64) -> Vec<Differs> {
     let [of_a, of_b] = sides;
@@ -282,7 +282,7 @@ fn differing(sides: [&Compared<'_>; 2], places: [usize; 2], tolerance: f64) -> V
     if [a, b].iter().all(|one| one.status == Status::Harmless) {
         return differs;
     }
-    let shown = |side: &Compared<'_>, one: &Incident| one.end.is_none_or(|end| side.covers(one, end));
+    let shown = |side: &Compared<'_>, one: &Problem| one.end.is_none_or(|end| side.covers(one, end));
     let both_shown = shown(of_a, a) && shown(of_b, b);
     let is_known = [a, b].iter().all(|one| one.status != Status::Unknown);
     if a.status != b.status && is_known && both_shown {
@@ -316,8 +316,8 @@ fn apart(one: f64, other: f64, tolerance: f64) -> bool {
     (one - other).abs() > tolerance * one.min(other)
 }
 
-/// Returns the duration of an incident, or the longest one if it repeated, in ns; `None` while it is not over.
-pub fn lasted_ns(one: &Incident) -> Option<i64> {
+/// Returns the duration of a problem, or the longest one if it repeated, in ns; `None` while it is not over.
+pub fn lasted_ns(one: &Problem) -> Option<i64> {
     let end = one.end?;
     match one.repeats.count {
         1 => end.since(one.begin),

@@ -4,19 +4,19 @@
 
 use super::column::{Batch, Table};
 use super::{Collector, Ends, TableContext};
-use crate::problems::incident::{Incident, Link, members};
+use crate::problems::problem::{Link, Problem, members};
 use crate::problems::rank::{is_root, stories};
 use crate::problems::{Diagnosis, advice};
 use crate::tables::jsonl;
 use crate::tables::setting::Setting;
 use crate::tables::table::{Duration, Json, Moment, Name, Text, Truth, U8, U8s, U32, U64, U64s, Word, table};
 use crate::words::digits::put;
-use crate::words::incidents;
+use crate::words::problems;
 
 /// A problem, and the diagnosis that it is in.
 #[derive(Clone, Copy)]
 pub(in crate::tables) struct ProblemRow<'a> {
-    one: &'a Incident,
+    one: &'a Problem,
     depth: u64,
     scene: TableContext<'a>,
     diagnosis: &'a Diagnosis,
@@ -31,7 +31,7 @@ impl<'a> ProblemRow<'a> {
 table! {
     /// One row per problem, known at the end of the capture; a cause comes before its consequences.
     /// 一行是一个问题，读完整个记录后得出；原因排在它引起的问题之前
-    Incidents arrow "problems", |cx, of: ProblemRow<'_>| {
+    Problems arrow "problems", |cx, of: ProblemRow<'_>| {
         /// number of the problem
         /// 问题编号
         id: U32 = of.one.number;
@@ -105,7 +105,7 @@ table! {
         frames: U64s = frames(of.one);
         message: Text = |out: &mut Vec<u8>| {
             let began_ns = of.diagnosis.extent().1.and_then(|first| first.t_ns);
-            incidents::title(out, cx.setting.lang, of.one, began_ns);
+            problems::title(out, cx.setting.lang, of.one, began_ns);
         };
         /// what to check first
         /// 应先检查什么
@@ -114,7 +114,7 @@ table! {
     }
 }
 
-impl Collector for Table<Incidents> {
+impl Collector for Table<Problems> {
     fn diagnosis(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, diagnosis: &Diagnosis) {
         for (id, depth) in stories(diagnosis.ledger()) {
             if let Some(one) = diagnosis.ledger().by_id(id) {
@@ -128,11 +128,11 @@ impl Collector for Table<Incidents> {
     }
 }
 
-fn cause(one: &Incident) -> Option<Link> {
+fn cause(one: &Problem) -> Option<Link> {
     one.cause.filter(|_| !is_root(one))
 }
 
-fn pdo(one: &Incident) -> Option<String> {
+fn pdo(one: &Problem) -> Option<String> {
     one.subject.pdo.map(|(transmit, number)| format!("{}{number}", if transmit { "TPDO" } else { "RPDO" }))
 }
 
@@ -143,7 +143,7 @@ fn checks(out: &mut Vec<u8>, setting: Setting<'_>, of: ProblemRow<'_>) {
 }
 
 /// The frames that are its evidence, ascending.
-fn frames(one: &Incident) -> Vec<u64> {
+fn frames(one: &Problem) -> Vec<u64> {
     let steps = one.steps.iter().map(|step| step.at);
     let mut frames: Vec<_> =
         [one.begin, one.noticed].into_iter().chain(one.end).chain(steps).map(|at| at.listed().no).collect();
@@ -153,7 +153,7 @@ fn frames(one: &Incident) -> Vec<u64> {
 }
 
 /// The subject as a part of a path: `node5`, `nodes3-4`, `bus`.
-fn subject(one: &Incident) -> String {
+fn subject(one: &Problem) -> String {
     let mut out = Vec::new();
     match one.subject.node {
         Some(node) => put!(&mut out; "node", node),

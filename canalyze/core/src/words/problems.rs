@@ -1,9 +1,9 @@
-//! Incidents in words, in both languages. The sentences are declared in `diagnosis`.
+//! Problems in words, in both languages. The sentences are declared in `diagnosis`.
 
 use super::digits::put;
 use super::{Lang, object, sentence};
-use crate::problems::incident::{Grade, Incident, IncidentId, members};
-use crate::problems::kinds::IncidentKind;
+use crate::problems::kinds::ProblemKind;
+use crate::problems::problem::{Grade, Problem, ProblemId, members};
 use crate::problems::rank::is_root;
 use crate::problems::{Diagnosis, Phase, titles};
 use crate::rules::Words;
@@ -18,8 +18,8 @@ pub fn said(out: &mut Vec<u8>, lang: Lang, measured: &Measured) {
     sentence::fill(out, lang, lang.of(measured.variant.words), named);
 }
 
-/// Appends the line about an incident that begins to show, whose cause has changed, or that is over.
-pub fn changed(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, (phase, id): (Phase, IncidentId)) {
+/// Appends the line about a problem that begins to show, whose cause has changed, or that is over.
+pub fn changed(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, (phase, id): (Phase, ProblemId)) {
     let Some(one) = diagnosis.ledger().by_id(id) else { return };
     let began_ns = diagnosis.extent().1.and_then(|first| first.t_ns);
     let number = u64::from(one.number);
@@ -44,9 +44,9 @@ pub fn changed(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, (phase, id)
     put!(out; "\n");
 }
 
-/// Appends the cause of an incident, with its number and title; with a question mark if another cause may still be
+/// Appends the cause of a problem, with its number and title; with a question mark if another cause may still be
 /// found.
-fn because(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, one: &Incident, began_ns: Option<i64>) {
+fn because(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, one: &Problem, began_ns: Option<i64>) {
     let Some((link, cause)) = one.cause.and_then(|link| Some((link, diagnosis.ledger().by_id(link.cause)?))) else {
         return;
     };
@@ -59,15 +59,15 @@ fn because(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, one: &Incident,
     put!(out; ")");
 }
 
-/// Returns the words of the rule of an incident that stands for many rules, if it has findings of one only.
-fn plain(one: &Incident) -> Option<Words> {
-    let many = matches!(one.kind, IncidentKind::DamagedTransfer | IncidentKind::WireError);
+/// Returns the words of the rule of a problem that stands for many rules, if it has findings of one only.
+fn plain(one: &Problem) -> Option<Words> {
+    let many = matches!(one.kind, ProblemKind::DamagedTransfer | ProblemKind::WireError);
     let first = one.findings.first().filter(|_| many)?.code;
     one.findings.iter().all(|cited| cited.code == first).then(|| first.rule().message)
 }
 
-/// Appends the subject of an incident and its statement, in one line. `began_ns`: the first timestamp of the capture.
-pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Incident, began_ns: Option<i64>) {
+/// Appends the subject of a problem and its statement, in one line. `began_ns`: the first timestamp of the capture.
+pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Problem, began_ns: Option<i64>) {
     subject(out, lang, one);
     let words = lang.of(one.kind.row().words);
     match titles::of(one, began_ns) {
@@ -89,7 +89,7 @@ pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Incident, began_ns: Option<i64
 }
 
 /// Appends `node 3: `, `nodes 3, 4: `; nothing if it is not about nodes.
-fn subject(out: &mut Vec<u8>, lang: Lang, one: &Incident) {
+fn subject(out: &mut Vec<u8>, lang: Lang, one: &Problem) {
     if let Some(node) = one.subject.node {
         put!(out; lang.pick("节点", "node "), node);
         let axes = (1..=8_u8).filter(|axis| one.subject.axes >> (axis - 1) & 1 != 0);

@@ -13,9 +13,9 @@ use super::{Breach, Closing, EntryPlace, check_node, check_times, mistake};
 use crate::bytes::frame::FrameRef;
 use crate::bytes::select::Select;
 use crate::problems::Diagnosis;
-use crate::problems::incident::{Grade, Incident, Status};
+use crate::problems::problem::{Grade, Problem, Status};
 use crate::problems::rank::{is_root, roots};
-use crate::rules::Problem;
+use crate::rules::NamedProblem;
 use crate::rules::expectation::{Exp015, Exp017, Exp018, Exp019, Exp020};
 
 /// Maximum number of problems that are named one by one.
@@ -24,12 +24,12 @@ const NAMED: usize = 5;
 const CHAIN: usize = 16;
 
 /// Problems, and the number of further ones.
-type Problems = (Arc<[Problem]>, u64);
+type NamedProblems = (Arc<[NamedProblem]>, u64);
 
 /// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct IncidentEntry {
+pub(super) struct ProblemEntry {
     line: u32,
     bus: Option<String>,
     node: Option<u8>,
@@ -42,7 +42,7 @@ pub(super) struct IncidentEntry {
     cause: Option<String>,
 }
 
-impl IncidentEntry {
+impl ProblemEntry {
     pub(super) fn check(&self) -> Result<(), String> {
         check_node(self.line, self.node)?;
         check_times(self.line, &[self.ends_within_ns], &[])?;
@@ -73,14 +73,14 @@ fn is_wild(byte: u8) -> bool {
 /// An expectation, ready for use.
 #[derive(Debug)]
 struct Expected {
-    entry: IncidentEntry,
+    entry: ProblemEntry,
     place: EntryPlace,
     kind: Option<Select>,
     cause: Option<Select>,
 }
 
 impl Expected {
-    fn new(file: &str, entry: &IncidentEntry) -> Self {
+    fn new(file: &str, entry: &ProblemEntry) -> Self {
         Self {
             place: EntryPlace::new(file, entry.line, entry.bus.as_ref(), entry.node),
             kind: entry.kind.as_deref().map(Select::parse),
@@ -90,7 +90,7 @@ impl Expected {
     }
 
     /// Returns true if it is about a problem on a bus of this name. A harmless problem has to be expected by its kind.
-    fn fits(&self, one: &Incident, bus: &[u8]) -> bool {
+    fn fits(&self, one: &Problem, bus: &[u8]) -> bool {
         let asked = self.entry.kind.as_deref() == Some(one.kind.row().name);
         let kind = match &self.kind {
             Some(kinds) => kinds.takes([one.kind.row().name]),
@@ -108,12 +108,12 @@ impl Expected {
 
 /// All expectations of problems.
 #[derive(Debug)]
-pub(super) struct IncidentExpectations {
+pub(super) struct ProblemExpectations {
     all: Vec<Expected>,
 }
 
-impl IncidentExpectations {
-    pub(super) fn new(file: &str, entries: &[IncidentEntry]) -> Self {
+impl ProblemExpectations {
+    pub(super) fn new(file: &str, entries: &[ProblemEntry]) -> Self {
         Self { all: entries.iter().map(|entry| Expected::new(file, entry)).collect() }
     }
 
@@ -152,7 +152,7 @@ impl IncidentExpectations {
 
 impl Expected {
     /// Reports a number of occurrences that differs.
-    fn counted(&self, fitting: &[&Incident], diagnosis: &Diagnosis, closing: &mut Closing<'_>) {
+    fn counted(&self, fitting: &[&Problem], diagnosis: &Diagnosis, closing: &mut Closing<'_>) {
         let Some((least, most)) = self.entry.occurs else { return };
         let count = fitting.iter().fold(0_u64, |sum, one| sum.saturating_add(one.repeats.count));
         let breach = if count == 0 && least > 0 {
@@ -174,7 +174,7 @@ impl Expected {
     }
 
     /// Returns the problems that occurred instead of a missing one: those of the node first, then by impact.
-    fn instead(&self, diagnosis: &Diagnosis) -> Problems {
+    fn instead(&self, diagnosis: &Diagnosis) -> NamedProblems {
         let ledger = diagnosis.ledger();
         let mut found: Vec<_> = roots(ledger).into_iter().filter_map(|id| ledger.by_id(id)).collect();
         found.retain(|one| one.status != Status::Harmless);
@@ -183,7 +183,7 @@ impl Expected {
     }
 
     /// Reports a problem that did not end in time.
-    fn ended(&self, one: &Incident, closing: &mut Closing<'_>) {
+    fn ended(&self, one: &Problem, closing: &mut Closing<'_>) {
         let Some(expected) = self.entry.ends_within_ns else { return };
         let problem = alone(one);
         let breach = |what: Exp019| Breach::new(what, closing.last, one.bus);
@@ -203,7 +203,7 @@ impl Expected {
     }
 
     /// Reports a problem without the expected cause, direct or indirect.
-    fn caused(&self, one: &Incident, diagnosis: &Diagnosis, closing: &mut Closing<'_>) {
+    fn caused(&self, one: &Problem, diagnosis: &Diagnosis, closing: &mut Closing<'_>) {
         let Some(kinds) = &self.cause else { return };
         let chain = causes(one, diagnosis);
         if chain.iter().any(|cause| kinds.takes([cause.kind.row().name])) {
@@ -224,7 +224,7 @@ impl Expected {
 }
 
 /// Returns a finding about the frame at which a problem begins, and about its node.
-fn about(breach: Breach, one: &Incident) -> Breach {
+fn about(breach: Breach, one: &Problem) -> Breach {
     let breach = breach.about(one.begin);
     match one.subject.node {
         Some(node) => breach.of(node),
@@ -233,7 +233,7 @@ fn about(breach: Breach, one: &Incident) -> Breach {
 }
 
 /// The longest time that it lasted, in ns; `None` without timestamps.
-fn lasted(one: &Incident, end: FrameRef) -> Option<i64> {
+fn lasted(one: &Problem, end: FrameRef) -> Option<i64> {
     match one.repeats.count {
         1 => end.since(one.begin),
         _ => one.begin.t_ns.map(|_| one.repeats.longest_ns),
@@ -241,7 +241,7 @@ fn lasted(one: &Incident, end: FrameRef) -> Option<i64> {
 }
 
 /// Returns its causes, the nearest first; possible causes do not count.
-fn causes<'a>(one: &'a Incident, diagnosis: &'a Diagnosis) -> Vec<&'a Incident> {
+fn causes<'a>(one: &'a Problem, diagnosis: &'a Diagnosis) -> Vec<&'a Problem> {
     let mut chain = Vec::new();
     let mut at = one;
     while let Some(link) = at.cause.filter(|_| !is_root(at) && chain.len() < CHAIN) {
@@ -252,18 +252,18 @@ fn causes<'a>(one: &'a Incident, diagnosis: &'a Diagnosis) -> Vec<&'a Incident> 
     chain
 }
 
-fn problem(one: &Incident, node: Option<u8>) -> Problem {
+fn problem(one: &Problem, node: Option<u8>) -> NamedProblem {
     let row = one.kind.row();
-    Problem { name: row.name, words: row.words, node, frame: one.begin.listed().no }
+    NamedProblem { name: row.name, words: row.words, node, frame: one.begin.listed().no }
 }
 
 /// A problem of a node that has been named.
-fn alone(one: &Incident) -> Problems {
+fn alone(one: &Problem) -> NamedProblems {
     ([problem(one, None)].into(), 0)
 }
 
 /// Problems with their nodes.
-fn problems<'a>(all: impl IntoIterator<Item = &'a Incident>) -> Problems {
+fn problems<'a>(all: impl IntoIterator<Item = &'a Problem>) -> NamedProblems {
     let mut all = all.into_iter();
     let named: Vec<_> = all.by_ref().take(NAMED).map(|one| problem(one, one.subject.node)).collect();
     (named.into(), all.count() as u64)

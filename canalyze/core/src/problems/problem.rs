@@ -1,34 +1,34 @@
-//! An incident: a problem of one subject from its beginning to its end, with its cause.
+//! A problem: a problem of one subject from its beginning to its end, with its cause.
 //!
 //! It consists of facts at frames and holds no words of a language.
 
-use super::kinds::{Impact, IncidentKind};
+use super::kinds::{Impact, ProblemKind};
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::finding::Finding;
 use crate::rules::{Code, Measured, Quantity};
 use crate::sdo::wire::Mux;
 
-/// Maximum number of kept steps of an incident; further ones are counted.
+/// Maximum number of kept steps of a problem; further ones are counted.
 pub const STEPS: usize = 16;
-/// Maximum number of kept findings of an incident.
+/// Maximum number of kept findings of a problem.
 const FINDINGS: usize = 32;
 /// Maximum number of further possible causes.
 const POSSIBLE: usize = 3;
 
-/// The internal ID of an incident: its place in the ledger, from 1. People see [`Incident::number`].
+/// The internal ID of a problem: its place in the ledger, from 1. People see [`Problem::number`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct IncidentId(pub u32);
+pub struct ProblemId(pub u32);
 
-/// The status of an incident at the end of the capture, in reading order.
+/// The status of a problem at the end of the capture, in reading order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Status {
     /// Not ended, although its subject was observed until the end.
     #[default]
-    Stands,
+    Open,
     /// The capture ends before it could have ended, or its subject cannot be heard any more.
     Unknown,
     /// Ended, as shown by a frame.
-    Over,
+    Ended,
     /// Explained by a command, the recording or the edge of the capture.
     Harmless,
 }
@@ -37,9 +37,9 @@ impl Status {
     /// Returns the word used in machine output.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Stands => "open",
+            Self::Open => "open",
             Self::Unknown => "unknown",
-            Self::Over => "ended",
+            Self::Ended => "ended",
             Self::Harmless => "harmless",
         }
     }
@@ -68,7 +68,7 @@ impl Grade {
     }
 }
 
-/// The role of a step in its incident.
+/// The role of a step in its problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StepRole {
     /// A sign that something is wrong.
@@ -93,7 +93,7 @@ impl StepRole {
     }
 }
 
-/// The subject of an incident. Without a node or nodes it is the bus or the capture.
+/// The subject of a problem. Without a node or nodes it is the bus or the capture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Subject {
     /// The node.
@@ -140,12 +140,12 @@ pub fn members(nodes: u128) -> impl Iterator<Item = u8> {
     (1..=127).filter(move |node| nodes & bit(*node) != 0)
 }
 
-/// A fact of an incident at a frame.
+/// A fact of a problem at a frame.
 #[derive(Clone, Copy, Debug)]
-pub struct IncidentStep {
+pub struct ProblemStep {
     /// The frame.
     pub at: FrameRef,
-    /// Its role in the incident.
+    /// Its role in the problem.
     pub role: StepRole,
     /// Its content.
     pub said: Measured,
@@ -153,11 +153,11 @@ pub struct IncidentStep {
     pub from: Option<Code>,
 }
 
-/// The cause of an incident.
+/// The cause of a problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Link {
-    /// The causing incident.
-    pub cause: IncidentId,
+    /// The causing problem.
+    pub cause: ProblemId,
     /// The number of the rule in `causes`.
     pub rule: u8,
     /// Its certainty.
@@ -168,7 +168,7 @@ pub struct Link {
     pub(super) far_ns: i64,
 }
 
-/// The repetitions of an incident.
+/// The repetitions of a problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Repeats {
     /// Number of times, including the first one.
@@ -181,7 +181,7 @@ pub struct Repeats {
     pub since: FrameRef,
 }
 
-/// A finding of an incident.
+/// A finding of a problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cited {
     /// The rule.
@@ -201,14 +201,14 @@ impl Cited {
 
 /// A problem of one subject.
 #[derive(Clone, Debug)]
-pub struct Incident {
+pub struct Problem {
     /// Its internal ID.
-    pub id: IncidentId,
+    pub id: ProblemId,
     /// Its number for people, from 1 without gaps: in reading order or, if problems are reported while the capture is
     /// read, in the order of reports. 0 until it has one.
     pub number: u32,
     /// Its kind.
-    pub kind: IncidentKind,
+    pub kind: ProblemKind,
     /// The bus.
     pub bus: BusId,
     /// Its subject.
@@ -224,7 +224,7 @@ pub struct Incident {
     /// The certainty of the statement.
     pub grade: Grade,
     /// Its facts in order, at most [`STEPS`].
-    pub steps: Vec<IncidentStep>,
+    pub steps: Vec<ProblemStep>,
     /// Further steps that are not kept.
     pub left_out: u32,
     /// Its measured facts by name.
@@ -237,9 +237,9 @@ pub struct Incident {
     pub possible: Vec<Link>,
     /// Its findings.
     pub findings: Vec<Cited>,
-    /// The incidents merged into it.
-    pub parts: Vec<IncidentId>,
-    /// True if it is merged into another incident and not reported by itself.
+    /// The problems merged into it.
+    pub parts: Vec<ProblemId>,
+    /// True if it is merged into another problem and not reported by itself.
     pub(super) merged: bool,
     /// Facts for links.
     pub(super) clue: Clue,
@@ -249,7 +249,7 @@ pub struct Incident {
     pub(super) measured: Option<Measured>,
 }
 
-/// Facts known at the beginning of an incident that are needed to find its cause.
+/// Facts known at the beginning of a problem that are needed to find its cause.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Clue {
     /// Nodes that the subject monitors by 1016h, with their times in ns.
@@ -286,17 +286,17 @@ pub(super) struct Clue {
     pub(super) back: u128,
 }
 
-impl Incident {
+impl Problem {
     /// Adds a step.
     pub fn step(&mut self, at: FrameRef, role: StepRole, said: impl Into<Measured>, from: Option<&Finding>) {
-        self.add(IncidentStep { at, role, said: said.into(), from: from.map(|finding| finding.code) });
+        self.add(ProblemStep { at, role, said: said.into(), from: from.map(|finding| finding.code) });
         if let Some(finding) = from {
             self.found(finding);
         }
     }
 
-    pub(super) fn add(&mut self, step: IncidentStep) {
-        let same = |other: &IncidentStep| other.at.no == step.at.no && other.said == step.said;
+    pub(super) fn add(&mut self, step: ProblemStep) {
+        let same = |other: &ProblemStep| other.at.no == step.at.no && other.said == step.said;
         if self.steps.last().is_some_and(same) {
             return;
         }
@@ -404,14 +404,14 @@ impl Incident {
     /// Returns its effect on the machine.
     pub fn impact(&self) -> Impact {
         match (self.kind, self.status) {
-            (IncidentKind::CommandedStop, Status::Stands) => Impact::A,
+            (ProblemKind::CommandedStop, Status::Open) => Impact::A,
             (kind, _) => kind.row().impact,
         }
     }
 
     /// Returns the limit by which it follows from its cause, in ns, and the index of the object with the limit: a
     /// consumer heartbeat time.
-    pub fn limit(&self, cause: &Incident) -> Option<(u16, i64)> {
+    pub fn limit(&self, cause: &Problem) -> Option<(u16, i64)> {
         let rule = self.cause.filter(|link| link.cause == cause.id && matches!(link.rule, 1 | 7))?;
         let watched = self.clue.watched.iter().find(|(node, _)| cause.subject.concerns(*node))?;
         (rule.delay_ns >= Some(0)).then_some((0x1016, watched.1))
@@ -469,7 +469,7 @@ mod tests {
     fn what_could_not_be_measured_is_no_fact() {
         let mut ledger = Ledger::default();
         let at = FrameRef::default();
-        let place = ledger.open(IncidentKind::CaptureGap, BusId::default(), Subject::default(), at, at);
+        let place = ledger.open(ProblemKind::CaptureGap, BusId::default(), Subject::default(), at, at);
         let one = place.and_then(|place| ledger.get_mut(place)).map(|one| {
             one.fact("bytes", Quantity::Nothing);
             one.fact("frames", Quantity::Count(3));
