@@ -22,7 +22,9 @@
 //! Rows with numbers are in ascending order; other rows differ in their first cells.
 //!
 //! A table whose first column ends with `!` becomes a call of that macro: a row is its first cell as it is, `told` as it is,
-//! `facts` in braces if there are any, and the other cells as texts, with `;` behind them.
+//! `facts` in braces if there are any, `codes`, `signs` (`SYN003 Once 3`: a code, the sign that ends it, and a number) and
+//! `checks` (`has others: EDS, MAPPING; Busy: EDS`: names, with a condition before them) in brackets, cells of a capitalized
+//! column as they are, and the other cells as texts, with `;` behind them.
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -123,6 +125,10 @@ fn call(columns: &[&str], cells: &[&str]) -> Result<String, String> {
             "facts" => made.push(format!("{{ {cell} }}")),
             "told" => made.push((*cell).to_owned()),
             _ if place == 0 => made.push((*cell).to_owned()),
+            "codes" => made.push(format!("[{}]", list(cell, |code| format!("Code::{}", camel(code))))),
+            "signs" => made.push(format!("[{}]", list(cell, sign))),
+            "checks" => made.push(format!("[{}]", conditional(cell))),
+            name if name.starts_with(char::is_uppercase) => made.push((*cell).to_owned()),
             name if !fits(name, cell, cells.get(place + 1)) => return Err(format!("{name}: '{cell}' does not fit")),
             _ => made.push(format!("{cell:?}")),
         }
@@ -220,6 +226,28 @@ fn camel(name: &str) -> String {
     let word =
         |word: &str| word.chars().take(1).chain(word.chars().skip(1).map(|one| one.to_ascii_lowercase())).collect();
     name.split('_').map(word).collect::<Vec<String>>().concat()
+}
+
+/// Returns the sign `CODE ENDS` or `CODE ENDS LEAST` in Rust.
+fn sign(text: &str) -> String {
+    let mut words = text.split(' ');
+    let (code, ends) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
+    let least = words.next().unwrap_or("1");
+    format!("Sign {{ code: Code::{}, ends: Ends::{ends}, least: {least} }}", camel(code))
+}
+
+/// Returns lists with conditions, `CONDITION: CHECK, CHECK; CHECK`, in Rust.
+fn conditional(cell: &str) -> String {
+    let one = |text: &str| {
+        let (when, checks) = text.split_once(": ").unwrap_or(("", text));
+        let when = match (when, when.strip_prefix("has ")) {
+            ("", _) => "When::Always".to_owned(),
+            (_, Some(fact)) => format!("When::Has({fact:?})"),
+            _ => format!("When::{when}"),
+        };
+        format!("({when}, &[{}])", list(checks, |check| format!("say::{check}")))
+    };
+    cell.split("; ").filter(|text| !text.is_empty()).map(one).collect::<Vec<_>>().join(", ")
 }
 
 fn list(cell: &str, one: impl Fn(&str) -> String) -> String {

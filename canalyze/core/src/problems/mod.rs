@@ -31,13 +31,12 @@ pub use ledger::Ledger;
 
 use std::collections::VecDeque;
 
-use self::kinds::ProblemKind;
 use self::ledger::LedgerPlace;
 use self::on_bus::OfBus;
 use self::problem::{ProblemId, Status};
 use self::status::is_over;
 use crate::bytes::frame::{BusId, Frame, FrameRef};
-use crate::rules::finding::{Code, Finding};
+use crate::rules::finding::Finding;
 use crate::world::bus::Bus;
 use crate::world::drive::DriveState;
 use crate::world::event::{Event, What};
@@ -81,11 +80,6 @@ pub enum Phase {
     Linked,
     /// It has ended.
     Ended,
-}
-
-/// Iterates over the rules whose findings are problems of this kind by themselves.
-pub fn shown_by(kind: ProblemKind) -> impl Iterator<Item = Code> {
-    signs::SIGNS.iter().filter(move |row| row.1 == kind).map(|row| row.0)
 }
 
 /// The state of a node at the end of the capture.

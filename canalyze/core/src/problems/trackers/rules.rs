@@ -5,7 +5,7 @@
 use super::AGAIN_NS;
 use crate::bytes::frame::FrameRef;
 use crate::checks::pdo::configuration::pdo_parameter;
-use crate::problems::kinds::ProblemKind;
+use crate::problems::kinds::{ProblemKind, signed};
 use crate::problems::ledger::{DOUBLE_NS, LedgerPlace};
 use crate::problems::problem::{Problem, StepRole, Subject};
 use crate::problems::sayings::Saying;
@@ -79,7 +79,7 @@ fn is_sync(kind: ProblemKind) -> bool {
 impl RuleProblems {
     /// Processes a finding; returns its problem if that is new.
     pub(in crate::problems) fn found(&mut self, finding: &Finding, scene: &mut Scene<'_>) -> Option<LedgerPlace> {
-        let (code, kind, least, ends) = signs::of(finding.code)?;
+        let (kind, signs::Sign { code, ends, least }) = signed(finding.code)?;
         let at = finding.about().unwrap_or(finding.at);
         let pdo =
             finding.object.and_then(|mux| pdo_parameter(mux.index)).map(|(_, transmit, number)| (transmit, number));

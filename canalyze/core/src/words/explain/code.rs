@@ -7,9 +7,8 @@
 //! time`). Must not: look at a frame or a device description.
 
 use crate::bytes::frame::CanId;
-use crate::problems;
-use crate::problems::kinds::{Impact, KINDS, ProblemKind};
-use crate::rules::{Code, RULES, Words};
+use crate::problems::kinds::{Impact, KINDS};
+use crate::rules::{Code, RULES};
 use crate::sdo::abort_code::AbortCode;
 use crate::wire::cob_id::predefined;
 use crate::wire::emcy;
@@ -55,12 +54,6 @@ const SORTS: &[(&str, Sort)] = &[
     ("state", Sort::State),
     ("状态", Sort::State),
 ];
-
-/// A kind of problem; the clause or practice on which it rests, or `-`; the rules that show it beside those that are
-/// problems by themselves; the usual cause; what ends it.
-type ProblemRow = (ProblemKind, &'static str, &'static [Code], Words, Words);
-
-static PROBLEMS: &[ProblemRow] = words!("problems");
 
 /// Appends what a code is; `false`, and nothing, where it is none that is known. `devices`: descriptions that were given,
 /// of nodes; of node 0 where it is not known which.
@@ -146,18 +139,15 @@ fn problem(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
         Impact::E => ("供参考", "for information"),
     };
     put!(out; lang.pick("影响", "impact "), row.impact.name(), ": ", lang.pick(impact.0, impact.1), "\n");
-    if let Some((_, clause, codes, cause, ends)) = PROBLEMS.iter().find(|one| one.0 == row.kind) {
-        put!(out; lang.pick("  常见原因: ", "  Usual cause: "), lang.of(*cause), "\n");
-        put!(out; lang.pick("  恢复条件: ", "  Ended when: "), lang.of(*ends), "\n");
-        let codes = || problems::shown_by(row.kind).chain(codes.iter().copied());
-        for (place, code) in codes().enumerate() {
-            put!(out; if place > 0 { lang.pick("、", ", ") } else { lang.pick("  相关规则: ", "  Rules: ") });
-            put!(out; code.rule().id, " ", code.rule().name);
-        }
-        put!(out; if codes().next().is_some() { "\n" } else { "" });
-        if *clause != "-" {
-            put!(out; "  ", *clause, "\n");
-        }
+    put!(out; lang.pick("  常见原因: ", "  Usual cause: "), lang.of(row.cause), "\n");
+    put!(out; lang.pick("  恢复条件: ", "  Ended when: "), lang.of(row.end), "\n");
+    for (place, code) in row.shown_by().enumerate() {
+        put!(out; if place > 0 { lang.pick("、", ", ") } else { lang.pick("  相关规则: ", "  Rules: ") });
+        put!(out; code.rule().id, " ", code.rule().name);
+    }
+    put!(out; if row.shown_by().next().is_some() { "\n" } else { "" });
+    if row.clause != "-" {
+        put!(out; "  ", row.clause, "\n");
     }
     true
 }
