@@ -22,7 +22,7 @@
 //! Rows with numbers are in ascending order; other rows differ in their first cells.
 //!
 //! A table whose first column ends with `!` becomes a call of that macro: a row is its first cell as it is, `told` as it is,
-//! `facts` in braces if there are any, `codes`, `signs` (`SYN003 Once 3`: a code, the sign that ends it, and a number) and
+//! `facts` in braces if there are any, `codes`, `roles`, `signs` (`SYN003 Once 3`: a code, the sign that ends it, and a number) and
 //! `checks` (`has others: EDS, MAPPING; Busy: EDS`: names, with a condition before them) in brackets, cells of a capitalized
 //! column as they are, and the other cells as texts, with `;` behind them.
 
@@ -126,6 +126,7 @@ fn call(columns: &[&str], cells: &[&str]) -> Result<String, String> {
             "told" => made.push((*cell).to_owned()),
             _ if place == 0 => made.push((*cell).to_owned()),
             "codes" => made.push(format!("[{}]", list(cell, |code| format!("Code::{}", camel(code))))),
+            "roles" => made.push(format!("[{}]", list(cell, |role| format!("KindRole::{role}")))),
             "signs" => made.push(format!("[{}]", list(cell, sign))),
             "checks" => made.push(format!("[{}]", conditional(cell))),
             name if name.starts_with(char::is_uppercase) => made.push((*cell).to_owned()),

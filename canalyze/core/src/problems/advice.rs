@@ -1,7 +1,7 @@
 //! The first things to check: the first list in the row of the kind whose condition holds.
 
-use super::kinds::ProblemKind;
 use super::problem::{Grade, Problem, Status};
+use super::roles::KindRole;
 use super::sayings::{self as say, Check};
 use super::signs::When;
 use crate::checks::pdo::configuration::pdo_parameter;
@@ -54,7 +54,7 @@ fn holds(when: When, one: &Problem) -> bool {
 /// Returns the things to check, the first one first.
 pub fn of(one: &Problem, shown: AdviceFacts) -> Vec<Check> {
     if one.status == Status::Harmless {
-        return vec![if one.kind == ProblemKind::CaptureGap { say::RECORDER } else { say::NOTHING }];
+        return vec![if one.kind.is(KindRole::Gap) { say::RECORDER } else { say::NOTHING }];
     }
     if one.cause.is_some_and(|link| link.grade >= Grade::Likely) {
         let mut checks = vec![say::CAUSE];

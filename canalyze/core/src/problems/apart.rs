@@ -4,9 +4,9 @@
 
 use super::advice::AdviceFacts;
 use super::causes::within;
-use super::kinds::ProblemKind;
 use super::ledger::Ledger;
 use super::problem::{Grade, Problem};
+use super::roles::{Apart, KindRole};
 use crate::rules::Words;
 use crate::rules::finding::Quantity;
 
@@ -38,24 +38,19 @@ include!(concat!(env!("OUT_DIR"), "/tells.rs"));
 
 /// Returns the facts for a problem; none for other kinds.
 pub fn of(one: &Problem, ledger: &Ledger, shown: AdviceFacts) -> Vec<Tell> {
-    use ProblemKind::{
-        AxisFault, DeviceError, GuardingUnanswered, HeartbeatConsumerError, HeartbeatStopped, LateAnswer, NoBootUp,
-        NodeAbsent, NodeRestarted, NodeSilent, QuickStop, RequestUnanswered, RestartLoop, SegmentLost, StateLeft,
-        SupplyVoltage, Temperature,
-    };
-    match one.kind {
-        NodeSilent | SegmentLost | NodeRestarted | RestartLoop => {
+    match one.kind.row().apart {
+        Apart::Loss => {
             let others = others(one, ledger, shown);
             [back(one)].into_iter().chain(others).chain([warned(one, ledger), noise(one, ledger, shown)]).collect()
         }
         // The node may have sent other frames all the time.
-        GuardingUnanswered | NoBootUp => vec![warned(one, ledger), noise(one, ledger, shown)],
-        NodeAbsent if one.has("boot_up") => Vec::new(),
-        NodeAbsent => {
+        Apart::NoAnswer => vec![warned(one, ledger), noise(one, ledger, shown)],
+        Apart::Absence if one.has("boot_up") => Vec::new(),
+        Apart::Absence => {
             vec![if one.end.is_some() { HEARD_LATER } else { NEVER_HEARD }, noise(one, ledger, shown)]
         }
-        HeartbeatStopped => vec![GOES_ON, warned(one, ledger)],
-        AxisFault | QuickStop | StateLeft | DeviceError | SupplyVoltage | Temperature => {
+        Apart::OtherFrames => vec![GOES_ON, warned(one, ledger)],
+        Apart::Error => {
             let named = match (one.clue.reported.is_empty(), one.has("error_code")) {
                 (false, _) => NAMED,
                 (true, true) => READ,
@@ -72,19 +67,19 @@ pub fn of(one: &Problem, ledger: &Ledger, shown: AdviceFacts) -> Vec<Tell> {
             tells.extend(lost);
             tells
         }
-        HeartbeatConsumerError => match one.cause.and_then(|link| ledger.by_id(link.cause)) {
+        Apart::Report => match one.cause.and_then(|link| ledger.by_id(link.cause)) {
             Some(cause) => vec![limit(one, cause)],
             None => Vec::new(),
         },
-        RequestUnanswered | LateAnswer => presence(one, ledger).into_iter().collect(),
-        _ if one.has("refused") => vec![match one.end.filter(|_| !one.has("booted")) {
+        Apart::Presence => presence(one, ledger).into_iter().collect(),
+        Apart::Refusal if one.has("refused") => vec![match one.end.filter(|_| !one.has("booted")) {
             Some(_) if one.has("others") => OTHER_VALUES,
             Some(_) => MADE_GOOD,
             // Most abort codes say why.
             None if says_why(one) => return Vec::new(),
             None => NOT_MADE_GOOD,
         }],
-        _ => Vec::new(),
+        Apart::Refusal => Vec::new(),
     }
 }
 
@@ -98,7 +93,7 @@ fn says_why(one: &Problem) -> bool {
 
 fn back(one: &Problem) -> Tell {
     match one.kind {
-        ProblemKind::NodeRestarted | ProblemKind::RestartLoop => BOOTED,
+        kind if kind.is(KindRole::Booted) => BOOTED,
         _ if one.has("boot_up") => BOOTED,
         _ if one.is_back() => RETURNED,
         _ => AWAY,
@@ -119,8 +114,7 @@ fn limit(one: &Problem, cause: &Problem) -> Tell {
 /// Returns the line on other nodes lost with it; `None` if there are too few others to tell.
 fn others(one: &Problem, ledger: &Ledger, shown: AdviceFacts) -> Option<Tell> {
     let with = |other: &Problem| {
-        let silent =
-            matches!(other.kind, ProblemKind::NodeSilent | ProblemKind::SegmentLost | ProblemKind::NodeRestarted);
+        let silent = other.kind.is(KindRole::Falls);
         silent
             && other.id != one.id
             && other.subject.nodes & !one.subject.nodes != 0
@@ -143,14 +137,7 @@ fn warned(one: &Problem, ledger: &Ledger) -> Tell {
 
 fn noise(one: &Problem, ledger: &Ledger, shown: AdviceFacts) -> Tell {
     let around = |other: &Problem| {
-        let errors = matches!(
-            other.kind,
-            ProblemKind::BusOff
-                | ProblemKind::ErrorPassive
-                | ProblemKind::BusErrors
-                | ProblemKind::NotAcknowledged
-                | ProblemKind::TransceiverFault
-        );
+        let errors = other.kind.is(KindRole::Noise);
         errors && is_near(one, other, AROUND_NS)
     };
     match (ledger.told().any(around), shown.error_frames) {
@@ -168,9 +155,11 @@ fn is_near(one: &Problem, other: &Problem, ns: i64) -> bool {
 fn lost(one: &Problem, ledger: &Ledger) -> Option<Tell> {
     let before = |other: &Problem| {
         let since = one.begin.since(other.begin);
-        other.id != one.id && is_loss(other.kind) && since.is_none_or(|since| (0..=BEFORE_NS).contains(&since))
+        other.id != one.id
+            && other.kind.is(KindRole::CommunicationLost)
+            && since.is_none_or(|since| (0..=BEFORE_NS).contains(&since))
     };
-    if cause(one, ledger).is_some_and(|cause| is_loss(cause.kind)) {
+    if cause(one, ledger).is_some_and(|cause| cause.kind.is(KindRole::CommunicationLost)) {
         return Some(COMMUNICATION);
     }
     (!ledger.told().any(before)).then_some(NO_LOSS)
@@ -178,9 +167,10 @@ fn lost(one: &Problem, ledger: &Ledger) -> Option<Tell> {
 
 /// Returns the line on the presence of the node; `None` if nothing shows it, or if it was silent at another time.
 fn presence(one: &Problem, ledger: &Ledger) -> Option<Tell> {
-    let silent = |other: &Problem| is_loss(other.kind) && other.subject.nodes & one.subject.nodes != 0;
+    let silent =
+        |other: &Problem| other.kind.is(KindRole::CommunicationLost) && other.subject.nodes & one.subject.nodes != 0;
     if let Some(cause) = cause(one, ledger).filter(|cause| silent(cause)) {
-        let commanded = matches!(cause.kind, ProblemKind::CommandedReset | ProblemKind::CommandedStop);
+        let commanded = cause.kind.is(KindRole::Commanded);
         return Some(if commanded { STOPPED } else { GONE });
     }
     (one.has("heard_meanwhile") && !ledger.told().any(silent)).then_some(PRESENT)
@@ -189,29 +179,4 @@ fn presence(one: &Problem, ledger: &Ledger) -> Option<Tell> {
 /// Returns its cause, if that is more than possible.
 fn cause<'a>(one: &Problem, ledger: &'a Ledger) -> Option<&'a Problem> {
     ledger.by_id(one.cause.filter(|link| link.grade >= Grade::Likely)?.cause)
-}
-
-/// Returns true if a kind means a loss of communication.
-fn is_loss(kind: ProblemKind) -> bool {
-    use ProblemKind::{
-        CommandedReset, CommandedStop, CommunicationError, GuardingStopped, HeartbeatConsumerError, HeartbeatStopped,
-        NodeAbsent, NodeRestarted, NodeSilent, PdoMissing, RestartLoop, RpdoTimeout, SegmentLost, SyncStopped,
-    };
-    matches!(
-        kind,
-        CommandedReset
-            | CommandedStop
-            | CommunicationError
-            | GuardingStopped
-            | HeartbeatConsumerError
-            | HeartbeatStopped
-            | NodeAbsent
-            | NodeRestarted
-            | NodeSilent
-            | PdoMissing
-            | RestartLoop
-            | RpdoTimeout
-            | SegmentLost
-            | SyncStopped
-    )
 }

@@ -5,8 +5,8 @@
 
 use std::ops::RangeInclusive;
 
-use super::kinds::ProblemKind::{self, *};
 use super::problem::{Grade, Problem};
+use super::roles::KindRole;
 use super::trackers::emcy::{LIFE_GUARD, RPDO_TIMEOUT};
 use crate::rules::finding::{Code, Quantity};
 
@@ -105,13 +105,13 @@ impl Pair<'_> {
     /// Returns true if the cause lasted until the last sign before the effect began; an effect that ended in between
     /// had another cause. A SYNC that is still irregular after its return has the same cause.
     fn lasted(&self) -> bool {
-        let unsteady = self.effect.kind == SyncIrregular;
+        let unsteady = self.effect.kind.is(KindRole::UnsteadySync);
         unsteady || self.cause.end.is_none_or(|end| self.effect.begin.no <= end.no)
     }
 
     /// Returns true if the cause is a command and came first.
     fn commanded(&self) -> bool {
-        is_commanded(self.cause.kind) && self.delay >= -LATE_NS
+        self.cause.kind.is(KindRole::Commanded) && self.delay >= -LATE_NS
     }
 
     /// Returns the time for which the effect's node waits for a heartbeat of the cause's node, in ns.
@@ -119,35 +119,6 @@ impl Pair<'_> {
         let watched = self.effect.clue.watched.iter().find(|(node, _)| self.cause.subject.concerns(*node));
         watched.map(|(_, limit)| *limit)
     }
-}
-
-fn is_gone(kind: ProblemKind) -> bool {
-    matches!(kind, NodeSilent | SegmentLost | NodeRestarted | RestartLoop | NoBootUp | GuardingUnanswered | NodeAbsent)
-}
-
-fn is_commanded(kind: ProblemKind) -> bool {
-    matches!(kind, CommandedReset | CommandedStop)
-}
-
-fn is_bus(kind: ProblemKind) -> bool {
-    matches!(kind, BusOff | ErrorPassive | BusErrors | TransceiverFault)
-}
-
-/// Returns true for kinds that a busy node or a full bus causes.
-fn is_late(kind: ProblemKind) -> bool {
-    matches!(
-        kind,
-        NodeSilent
-            | HeartbeatStopped
-            | HeartbeatIrregular
-            | RequestUnanswered
-            | LateAnswer
-            | PdoMissing
-            | InhibitTime
-            | SyncIrregular
-            | TargetsLate
-            | Overrun
-    )
 }
 
 /// Returns true for communication errors that a lost SYNC may raise: generic and manufacturer-specific ones.
@@ -164,10 +135,10 @@ fn said_by_the_finding(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 /// L1: a heartbeat consumer reported the loss of a node.
 fn loss_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let kind = pair.cause.kind;
-    if kind == HeartbeatIrregular {
+    if kind.is(KindRole::Slower) {
         return slower_reported(pair);
     }
-    (is_gone(kind) || matches!(kind, HeartbeatStopped | HeartbeatSwitchedOff | MuteAfterBoot)).then(|| loss(pair))?
+    (kind.is(KindRole::Gone) || kind.is(KindRole::NoHeartbeats)).then(|| loss(pair))?
 }
 
 /// L1: heartbeats that come more slowly are missed, too. Their period is known only some periods later.
@@ -182,20 +153,20 @@ fn slower_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 
 /// L2: the master stopped guarding.
 fn guarding_stopped(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    (pair.cause.kind == GuardingStopped).then(|| loss(pair))?
+    pair.cause.kind.is(KindRole::NoGuarding).then(|| loss(pair))?
 }
 
 /// L3: the monitored node was reset by command.
 fn commanded_reset_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    is_commanded(pair.cause.kind).then(|| loss(pair))?
+    pair.cause.kind.is(KindRole::Commanded).then(|| loss(pair))?
 }
 
 fn loss(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let Pair { cause, effect, delay, .. } = *pair;
     let says = pair.reported(LIFE_GUARD);
     if !says && !effect.clue.communication
-        || effect.kind == ConsumerTimeTooShort
-        || pair.alone() && cause.kind != GuardingStopped
+        || effect.kind.is(KindRole::TimeTooShort)
+        || pair.alone() && !cause.kind.is(KindRole::NoGuarding)
     {
         return None;
     }
@@ -212,10 +183,10 @@ fn loss(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     };
     let within = within(cause, limit);
     // A boot-up tells the consumer at once.
-    let booted = matches!(cause.kind, NodeRestarted | RestartLoop) && effect.begin.no >= cause.noticed.no;
+    let booted = cause.kind.is(KindRole::Booted) && effect.begin.no >= cause.noticed.no;
     // Some stacks check their times only now and then.
     let late = within.end().saturating_add(limit.saturating_add(PROMPT_NS));
-    let grade = if within.contains(&delay) || is_commanded(cause.kind) || booted && delay <= *within.end() {
+    let grade = if within.contains(&delay) || cause.kind.is(KindRole::Commanded) || booted && delay <= *within.end() {
         Grade::Certain
     } else if delay <= late {
         Grade::Likely
@@ -229,7 +200,7 @@ fn loss(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 /// begins with the last frame, but the consumer's time with the last heartbeat before it.
 pub(super) fn within(cause: &Problem, limit: i64) -> RangeInclusive<i64> {
     let period = cause.ns("period").unwrap_or(limit / 3);
-    let apart = if cause.kind == SegmentLost { period } else { 0 };
+    let apart = if cause.kind.is(KindRole::Segment) { period } else { 0 };
     limit.saturating_sub(period).saturating_sub(LATE_NS)
         ..=limit.saturating_add(LATE_NS.max(limit / 3)).saturating_add(apart)
 }
@@ -237,11 +208,11 @@ pub(super) fn within(cause: &Problem, limit: i64) -> RangeInclusive<i64> {
 /// L5: the producer of the missing PDO does not send.
 fn rpdo_without_source(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let Pair { cause, effect, delay, .. } = *pair;
-    let waits = pair.reported(RPDO_TIMEOUT) || effect.kind == RpdoTimeout;
-    let stops = is_gone(cause.kind)
-        || is_commanded(cause.kind)
+    let waits = pair.reported(RPDO_TIMEOUT) || effect.kind.is(KindRole::AwaitsPdo);
+    let stops = cause.kind.is(KindRole::Gone)
+        || cause.kind.is(KindRole::Commanded)
         || !cause.clue.reported.is_empty()
-        || matches!(cause.kind, LeftOperational | AxisFault | PdoMissing | HeartbeatStopped);
+        || cause.kind.is(KindRole::StopsPdos);
     if !waits || !stops || pair.alone() {
         return None;
     }
@@ -252,7 +223,8 @@ fn rpdo_without_source(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     // Either its PDOs stopped as long ago as the node waits, or it is a pure controller, which sends the RPDOs that are
     // no node's TPDO.
     let suspect = cause.subject.nodes & effect.clue.suspects != 0 || effect.clue.suspects == 0 && cause.clue.controller;
-    let gone = is_gone(cause.kind) || is_commanded(cause.kind) || cause.kind == LeftOperational;
+    let gone =
+        cause.kind.is(KindRole::Gone) || cause.kind.is(KindRole::Commanded) || cause.kind.is(KindRole::LeftState);
     let soon = (0..=WINDOW_NS).contains(&delay) && effect.clue.suspects == 0 && gone;
     let grade = if suspect || soon { Grade::Likely } else { Grade::Possible };
     (suspect || effect.clue.sources == 0 && delay >= 0).then_some((grade, delay.saturating_abs()))
@@ -261,33 +233,33 @@ fn rpdo_without_source(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 /// L6: SYNC is gone with its producer, and its consumers report that.
 fn sync_gone(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let Pair { cause, effect, .. } = *pair;
-    let stopped = cause.clue.sync_producer || cause.kind == SyncStopped;
+    let stopped = cause.clue.sync_producer || cause.kind.is(KindRole::NoSync);
     let (last, period) =
         if cause.clue.sync_producer { cause.clue.sync? } else { effect.clue.sync.or(cause.clue.sync)? };
     let since = effect.begin.since(last)?;
-    if effect.kind == SyncStopped && is_gone(cause.kind) {
+    if effect.kind.is(KindRole::NoSync) && cause.kind.is(KindRole::Gone) {
         let most = period.saturating_mul(2).max(cause.ns("period").unwrap_or(0));
         let near = effect.begin.since(cause.begin)?.saturating_abs() <= most;
         let grade = if cause.clue.sync_producer { Grade::Certain } else { Grade::Likely };
         return near.then_some((grade, 0));
     }
     let says = effect.clue.reported.iter().any(|code| may_be_sync(*code))
-        || effect.clue.reported.is_empty() && matches!(effect.kind, AxisFault | QuickStop | StateLeft);
+        || effect.clue.reported.is_empty() && effect.kind.is(KindRole::DriveStops);
     let soon = (period / 2..=period.saturating_mul(SYNCS)).contains(&since);
     (stopped && says && soon && cause.subject.node != effect.subject.node).then_some((Grade::Likely, since))
 }
 
 /// L20: two nodes have one node-ID.
 fn second_node(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let second = pair.same_node && pair.cause.kind == DuplicateNodeId && pair.delay >= -WINDOW_NS;
+    let second = pair.same_node && pair.cause.kind.is(KindRole::SecondDevice) && pair.delay >= -WINDOW_NS;
     second.then_some((Grade::Likely, pair.delay))
 }
 
 /// L7: a node that could not be heard could not hear, either.
 fn could_hear_nobody(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let of_bus = pair.effect.clue.reported.iter().any(|code| (0x8100..=0x82FF).contains(code));
-    let lost = matches!(pair.cause.kind, NodeSilent | SegmentLost);
-    let stops = pair.effect.clue.reported.is_empty() && matches!(pair.effect.kind, AxisFault | QuickStop | StateLeft);
+    let lost = pair.cause.kind.is(KindRole::Silent);
+    let stops = pair.effect.clue.reported.is_empty() && pair.effect.kind.is(KindRole::DriveStops);
     // What it sent last is no consequence.
     let after = pair.effect.begin.no > pair.cause.begin.no && pair.delay >= 0;
     (pair.same_node && (of_bus || stops) && lost && after).then_some((Grade::Likely, pair.delay))
@@ -295,59 +267,57 @@ fn could_hear_nobody(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 
 /// L17: a node stores parameters or a program and has no time for anything else.
 fn busy_storing(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let busy = is_late(pair.effect.kind) || pair.effect.kind == NodeRestarted;
-    (pair.same_node && pair.cause.kind == Storing && busy).then_some((Grade::Certain, pair.delay))
+    let busy = pair.effect.kind.is(KindRole::Late) || pair.effect.kind.is(KindRole::Restart);
+    (pair.same_node && pair.cause.kind.is(KindRole::Storing) && busy).then_some((Grade::Certain, pair.delay))
 }
 
 /// L16: more frames than the bus can carry, or one identifier of higher priority than all others.
 fn bus_full(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    match (pair.cause.kind, pair.effect.kind) {
-        (Flood, Overload) => Some((Grade::Certain, pair.delay.saturating_abs())),
-        // The last sign of an unheard node is older than the traffic that suppresses it.
-        (Flood | Overload, kind) => {
-            let began = pair.effect.noticed.since(pair.cause.begin).unwrap_or(0) >= 0;
-            let period = pair.effect.ns("period").unwrap_or(0);
-            (is_late(kind) && began && pair.delay >= (-period).saturating_sub(LATE_NS))
-                .then_some((Grade::Likely, pair.delay.saturating_abs()))
-        }
-        _ => None,
+    let Pair { cause, effect, delay, .. } = *pair;
+    let floods = cause.kind.is(KindRole::Floods);
+    if floods && effect.kind.is(KindRole::Overloads) {
+        return Some((Grade::Certain, delay.saturating_abs()));
     }
+    // The last sign of an unheard node is older than the traffic that suppresses it.
+    let began = effect.noticed.since(cause.begin).unwrap_or(0) >= 0;
+    let after = delay >= effect.ns("period").unwrap_or(0).saturating_neg().saturating_sub(LATE_NS);
+    let full = floods || cause.kind.is(KindRole::Overloads);
+    (full && effect.kind.is(KindRole::Late) && began && after).then_some((Grade::Likely, delay.saturating_abs()))
 }
 
 /// L15: two masters contradict each other.
 fn contradicted(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let follows = is_commanded(pair.effect.kind) || is_late(pair.effect.kind) || pair.effect.kind == StartWithoutEffect;
-    (pair.cause.kind == TwoMasters && follows).then_some((Grade::Likely, pair.delay.saturating_abs()))
+    let follows = pair.effect.kind.is(KindRole::Commanded)
+        || pair.effect.kind.is(KindRole::Late)
+        || pair.effect.kind.is(KindRole::IgnoresCommand);
+    (pair.cause.kind.is(KindRole::Contradicts) && follows).then_some((Grade::Likely, pair.delay.saturating_abs()))
 }
 
 /// L18: a supply that dips takes other nodes with it.
 fn supply_dipped(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let falls = matches!(pair.effect.kind, NodeRestarted | NodeSilent | SegmentLost)
-        || pair.effect.kind == SupplyVoltage && !pair.same_node;
+    let falls = pair.effect.kind.is(KindRole::Falls) || pair.effect.kind.is(KindRole::Supply) && !pair.same_node;
     let soon = |since: Option<i64>| since.is_some_and(|since| (0..=SUPPLY_NS).contains(&since));
     let soon = soon(pair.effect.noticed.since(pair.cause.begin)) || soon(pair.effect.begin.since(pair.cause.begin));
-    (pair.cause.kind == SupplyVoltage && falls && soon).then_some((Grade::Likely, pair.delay))
+    (pair.cause.kind.is(KindRole::Supply) && falls && soon).then_some((Grade::Likely, pair.delay))
 }
 
 /// L11: a lost node answers nothing.
 fn nobody_to_answer(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let gone = is_gone(pair.cause.kind);
-    match pair.effect.kind {
-        RequestUnanswered | LateAnswer | DamagedTransfer if pair.same_node => {
-            // A Pre-operational node answers; a Stopped or booting one does not.
-            let mute = pair.commanded() && pair.cause.get("command") != Some(Quantity::Command(0x80));
-            (gone || mute).then_some((Grade::Certain, pair.delay.saturating_abs()))
-        }
-        NodeAbsent if pair.same_node => gone.then_some((Grade::Likely, pair.delay.saturating_abs())),
-        _ => None,
+    let Pair { cause, effect, delay, same_node } = *pair;
+    let gone = cause.kind.is(KindRole::Gone);
+    // A Pre-operational node answers; a Stopped or booting one does not.
+    let mute = pair.commanded() && cause.get("command") != Some(Quantity::Command(0x80));
+    if same_node && effect.kind.is(KindRole::Service) && (gone || mute) {
+        return Some((Grade::Certain, delay.saturating_abs()));
     }
+    (same_node && effect.kind.is(KindRole::NeverHeard) && gone).then_some((Grade::Likely, delay.saturating_abs()))
 }
 
 /// L35: frames of a transfer that the server refused were still under way.
 fn transfer_ended(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let soon = (0..=PROMPT_NS).contains(&pair.delay) && pair.alone();
     let left_over = pair.effect.findings.iter().all(|cited| cited.code == Code::Sdo007);
-    let refused = pair.cause.has("refused") && pair.effect.kind == DamagedTransfer && left_over;
+    let refused = pair.cause.has("refused") && pair.effect.kind.is(KindRole::Violation) && left_over;
     (soon && refused).then_some((Grade::Likely, pair.delay))
 }
 
@@ -356,13 +326,13 @@ fn violation_refused(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let Pair { cause, effect, delay, .. } = *pair;
     let code = matches!(effect.get("abort"), Some(Quantity::Abort(code)) if code.is_violation());
     let within = (effect.begin.no..=effect.noticed.no).contains(&cause.begin.no);
-    (pair.alone() && cause.kind == DamagedTransfer && code && within)
+    (pair.alone() && cause.kind.is(KindRole::Violation) && code && within)
         .then_some((Grade::Certain, delay.saturating_abs()))
 }
 
 /// L31: a consumer reports a PDO that does not fit its mapping.
 fn length_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let own = pair.cause.kind == PdoLength && matches!(pair.cause.subject.pdo, Some((false, _)));
+    let own = pair.cause.kind.is(KindRole::WrongLength) && matches!(pair.cause.subject.pdo, Some((false, _)));
     let says = pair.reported(0x8210) || pair.reported(0x8220);
     (pair.alone() && own && says && pair.delay >= -LATE_NS).then_some((Grade::Certain, pair.delay.saturating_abs()))
 }
@@ -370,24 +340,17 @@ fn length_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 /// L29: a guarded node that did not answer shows at its return that it has restarted.
 fn same_outage(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let Pair { cause, effect, .. } = *pair;
-    let shows = matches!(effect.kind, NodeRestarted | RestartLoop | LeftOperational);
+    let shows = effect.kind.is(KindRole::ShowsOutage);
     let then = effect.begin.no >= cause.begin.no && cause.end.is_none_or(|end| effect.begin.no <= end.no);
-    (pair.alone() && cause.kind == GuardingUnanswered && shows && then).then_some((Grade::Certain, 0))
+    (pair.alone() && cause.kind.is(KindRole::Guarding) && shows && then).then_some((Grade::Certain, 0))
 }
 
 /// L12: a booted node has lost its configuration.
 fn configuration_lost(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    if !pair.same_node {
-        return None;
-    }
-    match pair.effect.kind {
-        NodeSilent => (pair.cause.kind == RestartLoop).then_some((Grade::Likely, pair.delay)),
-        PdoLength | PdoNotAllowed | StartWithoutEffect | DeviceError => {
-            let booted = matches!(pair.cause.kind, NodeRestarted | RestartLoop | NodeSilent);
-            booted.then_some((Grade::Likely, pair.delay))
-        }
-        _ => None,
-    }
+    let Pair { cause, effect, delay, same_node } = *pair;
+    let silent = effect.kind.is(KindRole::AloneSilent) && cause.kind.is(KindRole::Loop);
+    let booted = effect.kind.is(KindRole::OldConfiguration) && cause.kind.is(KindRole::LosesConfiguration);
+    (same_node && (silent || booted)).then_some((Grade::Likely, delay))
 }
 
 /// L15: a node was stopped or reset by command.
@@ -395,20 +358,18 @@ fn commanded(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     if !pair.same_node || !pair.commanded() {
         return None;
     }
-    match pair.effect.kind {
-        AxisFault | QuickStop | StateLeft => (pair.delay <= 2 * PROMPT_NS).then_some((Grade::Certain, pair.delay)),
-        PdoMissing | SyncStopped | SyncIrregular if pair.lasted() => {
-            Some((Grade::Certain, pair.delay.saturating_abs()))
-        }
-        _ => None,
+    if pair.effect.kind.is(KindRole::DriveStops) {
+        return (pair.delay <= 2 * PROMPT_NS).then_some((Grade::Certain, pair.delay));
     }
+    let missing = pair.effect.kind.is(KindRole::OwnFramesMissing) && pair.lasted();
+    missing.then_some((Grade::Certain, pair.delay.saturating_abs()))
 }
 
 /// L7: a drive stops because it lost a node that it monitors, by its own report or by the times.
 fn communication_lost(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let stops = matches!(pair.effect.kind, AxisFault | QuickStop | StateLeft) && is_gone(pair.cause.kind);
+    let stops = pair.effect.kind.is(KindRole::DriveStops) && pair.cause.kind.is(KindRole::Gone);
     let says = pair.alone() && pair.cause.clue.reported.iter().any(|code| (0x8100..=0x82FF).contains(code));
-    if matches!(pair.effect.kind, QuickStop | StateLeft) && says && (-LATE_NS..=PROMPT_NS).contains(&pair.delay) {
+    if pair.effect.kind.is(KindRole::Reaction) && says && (-LATE_NS..=PROMPT_NS).contains(&pair.delay) {
         return Some((Grade::Certain, pair.delay.saturating_abs()));
     }
     let limit = pair.limit().filter(|_| stops)?;
@@ -418,25 +379,36 @@ fn communication_lost(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 /// L33: a node that is lost or not Operational sends no PDO, and none is sent to it.
 fn node_not_operational(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     // A controller stops the RPDOs of a node that it has lost.
-    let missing = matches!(pair.effect.kind, PdoMissing | SyncStopped | SyncIrregular | RpdoStopped);
-    let stops = is_gone(pair.cause.kind) || pair.cause.kind == LeftOperational || pair.cause.has("left_operational");
+    let missing = pair.effect.kind.is(KindRole::FramesMissing);
+    let stops = pair.cause.kind.is(KindRole::Gone)
+        || pair.cause.kind.is(KindRole::LeftState)
+        || pair.cause.has("left_operational");
     (pair.same_node && missing && stops && pair.lasted()).then_some((Grade::Certain, pair.delay.saturating_abs()))
 }
 
 /// L13: a PDO that could not be configured differs from the intended one.
 fn configured_wrongly(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let other = matches!(pair.effect.kind, PdoLength | PdoNotAllowed | PdoMissing);
+    let other = pair.effect.kind.is(KindRole::OtherPdo);
     // A consumer reports a wrong PDO length; one of the PDOs that it receives was not configured.
-    let taken = pair.effect.kind == PdoLength && pair.effect.clue.sources & pair.cause.subject.nodes != 0;
+    let taken = pair.effect.kind.is(KindRole::WrongLength) && pair.effect.clue.sources & pair.cause.subject.nodes != 0;
     // If the PDOs that it receives are not known, it is the one whose mapping was refused.
     let unknown = pair.effect.clue.sources == 0 && pair.cause.subject.pdo.is_some_and(|(transmit, _)| transmit);
-    let taken = taken || pair.effect.kind == PdoLength && unknown && !pair.effect.clue.reported.is_empty();
-    if taken && (pair.cause.has("refused") || pair.cause.kind == PdoLength) && !pair.alone() && pair.delay >= 0 {
+    let taken = taken || pair.effect.kind.is(KindRole::WrongLength) && unknown && !pair.effect.clue.reported.is_empty();
+    if taken
+        && (pair.cause.has("refused") || pair.cause.kind.is(KindRole::WrongLength))
+        && !pair.alone()
+        && pair.delay >= 0
+    {
         return Some((Grade::Likely, pair.delay));
     }
     let pdo = pair.effect.subject.pdo;
     // It has the frames of another service, as its COB-ID was set to that of one.
-    if pair.cause.kind == PdoConfiguration && pair.alone() && pdo.is_some() && pdo == pair.cause.subject.pdo && other {
+    if pair.cause.kind.is(KindRole::PdoSetting)
+        && pair.alone()
+        && pdo.is_some()
+        && pdo == pair.cause.subject.pdo
+        && other
+    {
         return (pair.delay >= 0).then_some((Grade::Certain, pair.delay));
     }
     let same = pdo.is_none() || pdo == pair.cause.subject.pdo;
@@ -454,89 +426,82 @@ fn no_heartbeats(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 
 /// L14: a master that got no answer, or a refusal, does not start the node.
 fn boot_cut_short(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let waits = matches!(pair.effect.kind, NotStarted | BootStuck)
-        || pair.effect.kind == StartWithoutEffect && pair.cause.kind == ProgramFailed;
-    let cut = pair.cause.has("refused") || matches!(pair.cause.kind, RequestUnanswered | IdentityMismatch);
+    let waits = pair.effect.kind.is(KindRole::NeverStarted)
+        || pair.effect.kind.is(KindRole::IgnoresCommand) && pair.cause.kind.is(KindRole::Program);
+    let cut = pair.cause.has("refused") || pair.cause.kind.is(KindRole::CutsBoot);
     (pair.same_node && waits && cut).then_some((Grade::Likely, pair.delay.saturating_abs()))
 }
 
 /// L34: a master that starts none of its nodes waits for the one whose boot was cut short (CiA 302-2, mandatory slaves).
 fn boot_awaited(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let cut = pair.cause.has("refused") || matches!(pair.cause.kind, RequestUnanswered | IdentityMismatch);
-    let waits = pair.effect.kind == NotStarted && pair.effect.has("started_nodes") && pair.cause.end.is_none();
+    let cut = pair.cause.has("refused") || pair.cause.kind.is(KindRole::CutsBoot);
+    let waits =
+        pair.effect.kind.is(KindRole::AwaitsStart) && pair.effect.has("started_nodes") && pair.cause.end.is_none();
     (waits && cut).then_some((Grade::Likely, pair.delay.saturating_abs()))
 }
 
 /// L4: a node with an error leaves Operational, or does not reach it (1029h).
 fn error_before(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let Pair { cause, effect, delay, .. } = *pair;
-    let errs = match effect.kind {
-        StartWithoutEffect => !cause.clue.codes.is_empty(),
-        LeftOperational => !cause.clue.reported.is_empty(),
-        _ => false,
-    };
+    let errs = effect.kind.is(KindRole::IgnoresCommand) && !cause.clue.codes.is_empty()
+        || effect.kind.is(KindRole::LeftState) && !cause.clue.reported.is_empty();
     (pair.same_node && errs).then_some((Grade::Likely, delay))
 }
 
 /// L23: a fault reset needs a rising edge.
 fn no_edge(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let held = pair.effect.kind == FaultResetWithoutEdge && pair.cause.kind == AxisFault;
+    let held = pair.effect.kind.is(KindRole::EdgeMissing) && pair.cause.kind.is(KindRole::Fault);
     (pair.same_node && held).then_some((Grade::Certain, pair.delay))
 }
 
 /// L8: errors that a device reports before its axis faults, and causes of a lagging axis.
 fn announced(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    if !pair.same_node {
-        return None;
+    let Pair { cause, effect, delay, same_node } = *pair;
+    if same_node && cause.kind.is(KindRole::AnnouncesFault) && effect.kind.is(KindRole::Fault) {
+        return Some((Grade::Likely, delay));
     }
-    match (pair.cause.kind, pair.effect.kind) {
-        (FollowingError | Temperature | SupplyVoltage, AxisFault) => Some((Grade::Likely, pair.delay)),
-        (SyncIrregular | TargetsLate, FollowingError | InternalLimit) => Some((Grade::Possible, pair.delay)),
-        _ => None,
-    }
+    (same_node && cause.kind.is(KindRole::Jitter) && effect.kind.is(KindRole::Lags)).then_some((Grade::Possible, delay))
 }
 
 /// L22: the cause of the fault persists.
 fn cause_stands(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let stays = matches!(pair.effect.kind, FaultResetWithoutEffect | NotEnabled) && !pair.cause.clue.codes.is_empty();
+    let stays = pair.effect.kind.is(KindRole::FaultStays) && !pair.cause.clue.codes.is_empty();
     (pair.same_node && stays).then_some((Grade::Likely, pair.delay))
 }
 
 /// L27: a node that is not Operational processes no RPDO.
 fn not_listening(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let out = is_gone(pair.cause.kind)
-        || pair.commanded()
-        || matches!(pair.cause.kind, LeftOperational | NotStarted | BootStuck | StartWithoutEffect);
-    match pair.effect.kind {
-        CommandsNotTaken if pair.same_node => {
-            let errs = pair.cause.has("left_operational") || !pair.cause.clue.reported.is_empty();
-            let grade = if out { Grade::Certain } else { Grade::Likely };
-            (out || errs).then_some((grade, pair.delay.saturating_abs()))
-        }
-        NotEnabled if pair.same_node && (out || pair.cause.kind == NotTaken) => Some((Grade::Likely, pair.delay)),
-        _ => None,
+    let out = pair.cause.kind.is(KindRole::Gone) || pair.commanded() || pair.cause.kind.is(KindRole::NotOperational);
+    let Pair { cause, effect, delay, same_node } = *pair;
+    if same_node && effect.kind.is(KindRole::RpdosIgnored) {
+        let errs = cause.has("left_operational") || !cause.clue.reported.is_empty();
+        let grade = if out { Grade::Certain } else { Grade::Likely };
+        return (out || errs).then_some((grade, delay.saturating_abs()));
     }
+    let unmoved = same_node && effect.kind.is(KindRole::EnableIgnored) && (out || cause.kind.is(KindRole::NoReceiver));
+    unmoved.then_some((Grade::Likely, delay))
 }
 
 /// L10: bus errors around a loss or delay.
 fn bus_errors(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let lost = matches!(pair.effect.kind, NodeSilent | HeartbeatIrregular | SyncIrregular | PdoMissing);
-    if !lost || !is_bus(pair.cause.kind) {
+    let lost = pair.effect.kind.is(KindRole::Disturbed);
+    if !lost || !pair.cause.kind.is(KindRole::BusFault) {
         return None;
     }
-    let many = pair.cause.kind == BusOff || pair.cause.repeats.count >= 3;
+    let many = pair.cause.kind.is(KindRole::BusOff) || pair.cause.repeats.count >= 3;
     Some((if many { Grade::Likely } else { Grade::Possible }, pair.delay.saturating_abs()))
 }
 
 /// L21: nodes report the errors seen on the bus.
 fn bus_errors_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    (pair.effect.kind == BusTrouble && is_bus(pair.cause.kind)).then_some((Grade::Likely, pair.delay.saturating_abs()))
+    (pair.effect.kind.is(KindRole::ReportsBus) && pair.cause.kind.is(KindRole::BusFault))
+        .then_some((Grade::Likely, pair.delay.saturating_abs()))
 }
 
 /// L26: a problem that rests on times began in a gap of the recording.
 fn recording_stood_still(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let Pair { cause, effect, .. } = *pair;
-    let timed = matches!(effect.kind, NodeSilent | HeartbeatIrregular | SyncIrregular | SyncStopped | PdoMissing);
+    let timed = effect.kind.is(KindRole::Timed);
     let inside = cause.begin.no >= effect.begin.no && cause.begin.no <= effect.noticed.no;
-    (cause.kind == CaptureGap && timed && inside).then_some((Grade::Certain, pair.delay.saturating_abs()))
+    (cause.kind.is(KindRole::Gap) && timed && inside).then_some((Grade::Certain, pair.delay.saturating_abs()))
 }

@@ -3,6 +3,7 @@
 //! Nothing else names a kind but the tracker that opens it, if its findings alone do not. The rules of cause, the status
 //! and the comparison ask for roles. Sentences with figures are in `sayings`.
 
+use super::roles::{Apart, KindRole};
 use super::sayings::{self as say, Check};
 use super::signs::{Ends, Sign, When};
 use crate::rules::{Code, Words};
@@ -46,6 +47,10 @@ pub struct KindRow {
     pub impact: Impact,
     /// The description, without figures.
     pub words: Words,
+    /// Its roles for the rules of cause, the status and the comparison.
+    roles: &'static [KindRole],
+    /// The facts that tell its causes apart.
+    pub(super) apart: Apart,
     /// The rules whose findings are such problems by themselves.
     pub(super) signs: &'static [Sign],
     /// The lists of the things to check first, each with its condition.
@@ -68,7 +73,7 @@ impl KindRow {
 }
 
 macro_rules! problems {
-    ($($kind:ident $name:literal $impact:ident $zh:literal $en:literal $signs:tt $checks:tt $clause:literal $codes:tt
+    ($($kind:ident $name:literal $impact:ident $zh:literal $en:literal $apart:ident $roles:tt $signs:tt $checks:tt $clause:literal $codes:tt
         $cause_zh:literal $cause_en:literal $end_zh:literal $end_en:literal;)*) => {
         /// The kind of a problem.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -84,6 +89,8 @@ macro_rules! problems {
                 name: $name,
                 impact: Impact::$impact,
                 words: Words { zh: $zh, en: $en },
+                roles: &$roles,
+                apart: Apart::$apart,
                 signs: &$signs,
                 checks: &$checks,
                 clause: $clause,
@@ -116,6 +123,11 @@ pub(super) fn signed(code: Code) -> Option<(ProblemKind, Sign)> {
 }
 
 impl ProblemKind {
+    /// Returns true if it has a role.
+    pub fn is(self, role: KindRole) -> bool {
+        self.row().roles.contains(&role)
+    }
+
     /// Returns true for kinds that a command or the recording explains.
     pub fn is_harmless(self) -> bool {
         self.row().impact == Impact::E || self == Self::BusSilent

@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::kinds::ProblemKind;
 use super::problem::Grade;
 use super::problem::{Clue, Problem, ProblemId, Repeats, Status, Subject};
+use super::roles::KindRole;
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::finding::Finding;
 use crate::rules::{Code, Measured, Severity};
@@ -156,7 +157,7 @@ impl Ledger {
         if other.kind == one.kind {
             other.end = other.end.zip(one.end).map(|(end, last)| if last.no > end.no { last } else { end });
         }
-        if one.end.is_some() && other.end.is_none() && other.kind == ProblemKind::Storing {
+        if one.end.is_some() && other.end.is_none() && other.kind.is(KindRole::Storing) {
             other.end = one.end;
         }
         one.steps.into_iter().for_each(|step| other.add(step));
@@ -178,12 +179,11 @@ impl Ledger {
     pub(super) fn doubles(&mut self, place: LedgerPlace, at: FrameRef, measured: Option<Measured>) -> LedgerPlace {
         let Some(one) = self.all.get_mut(place) else { return place };
         let (bus, subject) = (one.bus, one.subject.node);
-        let is_told = |one: &Problem| one.kind == ProblemKind::DuplicateNodeId && one.subject.node == subject;
+        let is_told = |one: &Problem| one.kind.is(KindRole::SecondDevice) && one.subject.node == subject;
         let told = self.last(bus, is_told).unwrap_or(place);
         for other in self.recent(bus).into_iter().filter(|other| *other != told) {
             let Some(one) = self.all.get(other) else { continue };
-            let booted = matches!(one.kind, ProblemKind::NodeRestarted | ProblemKind::RestartLoop)
-                && one.began_within(at, DOUBLE_NS);
+            let booted = one.kind.is(KindRole::Booted) && one.began_within(at, DOUBLE_NS);
             let begin = one.begin;
             if other == place || booted && one.subject.node == subject {
                 self.merge(other, told);

@@ -7,6 +7,7 @@ use super::causes::{Found, LATE_NS, PERIODS, WINDOW_NS, relate};
 use super::kinds::ProblemKind;
 use super::ledger::{Ledger, LedgerPlace};
 use super::problem::{Grade, Link, Problem, Status, bit};
+use super::roles::KindRole;
 use crate::bytes::frame::BusId;
 
 /// Links a new problem with earlier ones, and problems of the last seconds with it.
@@ -66,13 +67,13 @@ fn touches(cause: &Problem, effect: &Problem) -> bool {
     }
     // A changed period is known some periods after it was the cause of something.
     let early = match (cause.kind, cause.slow_ns()) {
-        (ProblemKind::HeartbeatIrregular, Some(period)) => period.saturating_mul(PERIODS),
+        (kind, Some(period)) if kind.is(KindRole::Slower) => period.saturating_mul(PERIODS),
         // Two devices show only after some frames of both.
-        (ProblemKind::DuplicateNodeId, _) => WINDOW_NS,
+        (kind, _) if kind.is(KindRole::SecondDevice) => WINDOW_NS,
         _ => LATE_NS,
     };
     // A node that is never started goes on waiting.
-    let waits = effect.kind == ProblemKind::NotStarted;
+    let waits = effect.kind.is(KindRole::AwaitsStart);
     let before = waits || effect.noticed.since(cause.begin).is_none_or(|since| since >= -early);
     let after = cause.end.is_none_or(|end| effect.begin.since(end).is_none_or(|since| since <= WINDOW_NS));
     before && after
@@ -91,7 +92,7 @@ pub(super) fn scanned(ledger: &mut Ledger, bus: BusId) {
         .filter(|place| {
             ledger
                 .get(*place)
-                .is_some_and(|one| one.bus == bus && one.kind == ProblemKind::NodeAbsent && one.end.is_none())
+                .is_some_and(|one| one.bus == bus && one.kind.is(KindRole::NeverHeard) && one.end.is_none())
         })
         .collect();
     let mut run: Vec<LedgerPlace> = Vec::new();
@@ -124,16 +125,20 @@ pub(super) fn join(ledger: &mut Ledger) {
         let Some(one) = ledger.get(place) else { continue };
         let Some(link) = one.cause.filter(|link| link.grade >= Grade::Likely) else { continue };
         let into = match one.kind {
-            ProblemKind::SyncStopped if link.rule == 6 && link.grade == Grade::Certain => Some(place_of(link)),
+            kind if kind.is(KindRole::NoSync) && link.rule == 6 && link.grade == Grade::Certain => Some(place_of(link)),
             // A node's report with the reaction of its axis; a PDO with the failed writes to configure it.
-            kind if link.rule == 17 && kind != ProblemKind::NodeRestarted && one.status == Status::Harmless => {
+            kind if link.rule == 17 && !kind.is(KindRole::Restart) && one.status == Status::Harmless => {
                 Some(place_of(link))
             }
-            ProblemKind::QuickStop | ProblemKind::StateLeft if link.rule == 7 && link.grade == Grade::Certain => {
+            kind if kind.is(KindRole::Reaction) && link.rule == 7 && link.grade == Grade::Certain => {
                 Some(place_of(link))
             }
-            ProblemKind::PdoLength if link.rule == 13 && is_same_pdo(ledger, one, link) => Some(place_of(link)),
-            ProblemKind::DamagedTransfer if link.rule == 11 && link.grade == Grade::Likely => Some(place_of(link)),
+            kind if kind.is(KindRole::WrongLength) && link.rule == 13 && is_same_pdo(ledger, one, link) => {
+                Some(place_of(link))
+            }
+            kind if kind.is(KindRole::Violation) && link.rule == 11 && link.grade == Grade::Likely => {
+                Some(place_of(link))
+            }
             _ => (0..place).find(|other| ledger.get(*other).is_some_and(|other| is_alike(other, one, link))),
         };
         if let Some(into) = into {
@@ -166,11 +171,10 @@ fn is_alike(other: &Problem, one: &Problem, link: Link) -> bool {
 pub(super) fn settle(ledger: &mut Ledger) {
     // The stop of a single node is not intended if other nodes are waiting for it.
     for place in 0..ledger.all.len() {
-        let Some(one) = ledger.get(place).filter(|one| one.kind == ProblemKind::CommandedStop && !one.clue.everyone)
-        else {
+        let Some(one) = ledger.get(place).filter(|one| one.kind.is(KindRole::Stop) && !one.clue.everyone) else {
             continue;
         };
-        let reported = |other: &&Problem| !other.clue.reported.is_empty() || other.kind == ProblemKind::AxisFault;
+        let reported = |other: &&Problem| !other.clue.reported.is_empty() || other.kind.is(KindRole::Fault);
         let follows = ledger.told().filter(reported).any(|other| other.cause.is_some_and(|link| link.cause == one.id));
         let over = follows && one.status == Status::Harmless && one.end.is_some();
         if let Some(one) = ledger.get_mut(place).filter(|_| over) {

@@ -20,6 +20,7 @@ mod live;
 mod on_bus;
 pub mod problem;
 pub mod rank;
+pub mod roles;
 pub mod sayings;
 mod scene;
 mod signs;

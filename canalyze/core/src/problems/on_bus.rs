@@ -7,6 +7,7 @@ use super::kinds::ProblemKind;
 use super::ledger::Ledger;
 use super::links;
 use super::problem::{self, Status, StepRole, bit};
+use super::roles::KindRole;
 use super::sayings::Saying;
 use super::scene::{Heard, Scene};
 use super::signs::Ends;
@@ -108,13 +109,11 @@ impl OfBus {
         let Some(one) = ledger.get_mut(place) else { return };
         let unheard = one.clue.watched.iter().find(|(node, _)| self.heard.known & bit(*node) == 0);
         match (one.kind, unheard) {
-            (ProblemKind::HeartbeatConsumerError, Some((node, _))) => {
+            (kind, Some((node, _))) if kind.is(KindRole::Reported) => {
                 one.kind = ProblemKind::WatchedAbsent;
                 one.fact("watched", Quantity::Count((*node).into()));
             }
-            (kind, _) if one.has("started") && kind != ProblemKind::ProgramFailed => {
-                one.kind = ProblemKind::HalfConfigured
-            }
+            (kind, _) if one.has("started") && !kind.is(KindRole::Program) => one.kind = ProblemKind::HalfConfigured,
             _ => {}
         }
         // The node is back and was not started again.
@@ -237,24 +236,12 @@ impl OfBus {
     /// Adds an order to store something, or to change the program, as the explanation if a node then is silent, late or
     /// boots: it may be busy for a while.
     fn stored(&self, place: usize, id: BusId, ledger: &mut Ledger) {
-        use ProblemKind::{
-            HeartbeatIrregular, HeartbeatStopped, LateAnswer, NodeRestarted, NodeSilent, PdoMissing, RequestUnanswered,
-        };
         let Some(one) = ledger.get(place) else { return };
-        let busy = matches!(
-            one.kind,
-            NodeSilent
-                | HeartbeatStopped
-                | HeartbeatIrregular
-                | RequestUnanswered
-                | LateAnswer
-                | PdoMissing
-                | NodeRestarted
-        );
+        let busy = one.kind.is(KindRole::Busy);
         let Some((node, begin)) = one.subject.node.filter(|_| busy).map(|node| (node, one.noticed)) else { return };
         let Some(stored) = self.heard.stored(node) else { return };
         let near = begin.since(stored).is_some_and(|since| (0..=STORING_NS).contains(&since));
-        let known = ledger.last(id, |one| one.kind == ProblemKind::Storing && one.begin.no == stored.no).is_some();
+        let known = ledger.last(id, |one| one.kind.is(KindRole::Storing) && one.begin.no == stored.no).is_some();
         if near && !known {
             ledger.open(ProblemKind::Storing, id, problem::Subject::node(node), stored, stored);
         }
@@ -269,7 +256,7 @@ impl OfBus {
                 let mut states = one.subject.node.into_iter().flat_map(|node| bus.drive_states(node));
                 states.any(|(_, state)| state == DriveState::OperationEnabled)
             };
-            let fault = one.kind == ProblemKind::AxisFault;
+            let fault = one.kind.is(KindRole::Fault);
             let of_errors = !one.clue.reported.is_empty() || fault;
             let gone = one.clue.codes.is_empty() || fault && enabled();
             if one.end.is_none() && of_errors && !waits && !in_fault && gone {
@@ -604,7 +591,7 @@ impl OfBus {
         if self.heard.errors.0 >= ERRORS_ONLY && self.heard.errors.0 == self.frames {
             let first = self.heard.errors.1;
             let wrong = ledger.open(ProblemKind::WrongBitRate, id, problem::Subject::default(), first, first);
-            let errors = ledger.last(id, |one| one.kind == ProblemKind::BusErrors);
+            let errors = ledger.last(id, |one| one.kind.is(KindRole::ErrorFrames));
             if let (Some(wrong), Some(errors)) = (wrong, errors) {
                 ledger.merge(errors, wrong);
             }
@@ -615,13 +602,13 @@ impl OfBus {
         self.masters.finish(scene!(self, ledger, bus, id, end));
         self.found.finish(end, scene!(self, ledger, bus, id, end));
         // A finding that counts error frames refers to the first of them.
-        let errors = ledger.last(id, |one| one.kind == ProblemKind::BusErrors && one.end.is_some());
+        let errors = ledger.last(id, |one| one.kind.is(KindRole::ErrorFrames) && one.end.is_some());
         if let Some(one) = errors.and_then(|place| ledger.get_mut(place)) {
             one.end = one.end.map(|end| if end.no < self.heard.last_error.no { self.heard.last_error } else { end });
         }
         for place in 0..ledger.all.len() {
             // A node may have been found lost after a request to it.
-            let asked = |one: &&problem::Problem| one.kind == ProblemKind::RequestUnanswered && one.cause.is_none();
+            let asked = |one: &&problem::Problem| one.kind.is(KindRole::Unanswered) && one.cause.is_none();
             let late = ledger.get(place).filter(asked).is_some_and(|one| one.bus == id && !one.merged);
             if place >= before || late {
                 links::link(ledger, place, id);
@@ -639,7 +626,7 @@ impl OfBus {
             one.status = status(one, end, (back, gone, others && long, idle));
             // The node was stopped in order to be written to.
             let written = |node: u8| self.heard.written(node).is_some_and(|written| written.no > one.begin.no);
-            let on_purpose = one.kind == ProblemKind::CommandedStop && problem::members(one.subject.nodes).all(written);
+            let on_purpose = one.kind.is(KindRole::Stop) && problem::members(one.subject.nodes).all(written);
             if on_purpose && one.status == Status::Harmless {
                 one.clue.least = u64::MAX;
             }

@@ -3,6 +3,7 @@
 //! It consists of facts at frames and holds no words of a language.
 
 use super::kinds::{Impact, ProblemKind};
+use super::roles::KindRole;
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::finding::Finding;
 use crate::rules::{Code, Measured, Quantity};
@@ -403,10 +404,8 @@ impl Problem {
 
     /// Returns its effect on the machine.
     pub fn impact(&self) -> Impact {
-        match (self.kind, self.status) {
-            (ProblemKind::CommandedStop, Status::Open) => Impact::A,
-            (kind, _) => kind.row().impact,
-        }
+        let unintended = self.kind.is(KindRole::Stop) && self.status == Status::Open;
+        if unintended { Impact::A } else { self.kind.row().impact }
     }
 
     /// Returns the limit by which it follows from its cause, in ns, and the index of the object with the limit: a

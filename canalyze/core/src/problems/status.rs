@@ -1,9 +1,9 @@
 //! The status of a problem at the end of the capture.
 
-use super::kinds::ProblemKind;
 use super::ledger::Ledger;
 use super::problem::{Problem, Status};
 use super::rank::is_root;
+use super::roles::KindRole;
 use super::trackers::rules::GOES_ON;
 use crate::bytes::frame::FrameRef;
 use crate::rules::finding::Code;
@@ -29,15 +29,13 @@ pub(super) fn of_chains(ledger: &mut Ledger) {
 
 /// Returns true if a problem has ended and will probably not recur at once.
 pub(super) fn is_over(one: &Problem, last: FrameRef) -> bool {
-    one.end.is_some() && one.kind != ProblemKind::ConsumerTimeTooShort && !goes_on(one, last)
+    one.end.is_some() && !one.kind.is(KindRole::TimeTooShort) && !goes_on(one, last)
 }
 
 /// Returns true if a problem that keeps recurring is still going on, since its next time is not due yet.
 fn goes_on(one: &Problem, end: FrameRef) -> bool {
-    use ProblemKind::{NodeRestarted, NodeSilent, RequestUnanswered, RestartLoop, SegmentLost};
     let mean = one.repeats.since.since(one.begin).map(|all| all / one.repeats.count.saturating_sub(1).max(1) as i64);
-    let comes_again = !one.clue.reported.is_empty()
-        || matches!(one.kind, NodeRestarted | RestartLoop | NodeSilent | SegmentLost | RequestUnanswered);
+    let comes_again = !one.clue.reported.is_empty() || one.kind.is(KindRole::Recurs);
     let rest = end.since(one.end.unwrap_or(one.repeats.since));
     let soon = mean.zip(rest).is_some_and(|(mean, rest)| rest < mean.saturating_add(mean / 4));
     one.repeats.count >= GOES_ON && comes_again && soon
@@ -51,23 +49,20 @@ pub(super) fn status(
     end: FrameRef,
     (back, gone, left_alone, idle): (Option<FrameRef>, bool, bool, bool),
 ) -> Status {
-    use ProblemKind::{
-        CommandedStop, ConsumerTimeTooShort, DuplicateNodeId, HeartbeatStopped, NodeAbsent, NodeSilent, QuickStop,
-        RequestUnanswered, RestartLoop, SegmentLost,
-    };
-    match one.kind {
-        // A single node that stays stopped while others run is not intended.
-        CommandedStop if one.end.is_none() && left_alone && !one.has("started_again") => return Status::Open,
-        kind if kind.is_harmless() => return Status::Harmless,
-        // It was not switched on yet.
-        NodeAbsent if one.has("boot_up") => return Status::Harmless,
-        // No frame shows that one of the two is gone.
-        ConsumerTimeTooShort | DuplicateNodeId => return Status::Open,
-        // A node in a restart loop that was not started since is probably still in it.
-        RestartLoop if idle => return Status::Open,
-        // Clearing bit 2 of the controlword requests a quick stop.
-        QuickStop if one.has("controlword") && one.cause.is_none() => return Status::Harmless,
-        _ => {}
+    let is = |role: KindRole| one.kind.is(role);
+    // A single node that stays stopped while others run is not intended.
+    if is(KindRole::Stop) && one.end.is_none() && left_alone && !one.has("started_again") {
+        return Status::Open;
+    }
+    // It was not switched on yet, or clearing bit 2 of the controlword requested the quick stop.
+    let later = is(KindRole::NeverHeard) && one.has("boot_up");
+    let wanted = is(KindRole::QuickStop) && one.has("controlword") && one.cause.is_none();
+    if one.kind.is_harmless() || later || wanted {
+        return Status::Harmless;
+    }
+    // No frame shows that it has ended. A node in a restart loop that was not started since is probably still in it.
+    if is(KindRole::Lasting) || is(KindRole::Loop) && idle {
+        return Status::Open;
     }
     if goes_on(one, end) {
         return Status::Open;
@@ -83,7 +78,7 @@ pub(super) fn status(
         return Status::Unknown;
     }
     // Not every controller reports that it is active again.
-    if one.kind == ProblemKind::ErrorPassive {
+    if is(KindRole::Passive) {
         return Status::Unknown;
     }
     if one.has("client_aborted") || one.clue.unsettled {
@@ -94,6 +89,6 @@ pub(super) fn status(
         let stays = one.findings.iter().any(|cited| cited.code == Code::Sdo018);
         return if stays { Status::Open } else { Status::Unknown };
     }
-    let silent = matches!(one.kind, NodeSilent | HeartbeatStopped | SegmentLost | RequestUnanswered | NodeAbsent);
+    let silent = is(KindRole::Unheard);
     if gone && !silent { Status::Unknown } else { Status::Open }
 }

@@ -2,9 +2,9 @@
 
 use super::digits::put;
 use super::{Lang, object, sentence};
-use crate::problems::kinds::ProblemKind;
 use crate::problems::problem::{Grade, Problem, ProblemId, members};
 use crate::problems::rank::is_root;
+use crate::problems::roles::KindRole;
 use crate::problems::{Diagnosis, Phase, titles};
 use crate::rules::Words;
 use crate::rules::finding::{Measured, Said};
@@ -61,7 +61,7 @@ fn because(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, one: &Problem, 
 
 /// Returns the words of the rule of a problem that stands for many rules, if it has findings of one only.
 fn plain(one: &Problem) -> Option<Words> {
-    let many = matches!(one.kind, ProblemKind::DamagedTransfer | ProblemKind::WireError);
+    let many = one.kind.is(KindRole::ManyRules);
     let first = one.findings.first().filter(|_| many)?.code;
     one.findings.iter().all(|cited| cited.code == first).then(|| first.rule().message)
 }

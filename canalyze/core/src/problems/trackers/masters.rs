@@ -10,6 +10,7 @@ use crate::bytes::frame::FrameRef;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Grade, StepRole, Subject, bit, members};
+use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::sdo::wire::Mux;
@@ -96,10 +97,7 @@ impl Masters {
         let kind = ProblemKind::TwoClients;
         // Requests that are listed late overlap, too; a client that waits for its responses then has no finding.
         let found = scene.ledger.last(scene.id, |one| {
-            let asked = matches!(
-                one.kind,
-                ProblemKind::RequestUnanswered | ProblemKind::LateAnswer | ProblemKind::DamagedTransfer
-            );
+            let asked = one.kind.is(KindRole::Service);
             (asked || one.kind == kind) && one.subject.node == Some(node)
         });
         if found.is_none() && self.open.is_none() {
@@ -119,10 +117,7 @@ impl Masters {
         }
         // Both were answered after all.
         let unanswered = scene.ledger.last(scene.id, |one| {
-            let asked = matches!(
-                one.kind,
-                ProblemKind::RequestUnanswered | ProblemKind::LateAnswer | ProblemKind::DamagedTransfer
-            );
+            let asked = one.kind.is(KindRole::Service);
             asked && one.subject.node == Some(node) && one.began_within(scene.at, CONTRARY_NS)
         });
         if let (Some(place), Some(unanswered)) = (place, unanswered) {

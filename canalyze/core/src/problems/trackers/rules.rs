@@ -8,6 +8,7 @@ use crate::checks::pdo::configuration::pdo_parameter;
 use crate::problems::kinds::{ProblemKind, signed};
 use crate::problems::ledger::{DOUBLE_NS, LedgerPlace};
 use crate::problems::problem::{Problem, StepRole, Subject};
+use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::problems::signs::{self, Ends};
@@ -59,21 +60,12 @@ impl Sign {
 
 /// Returns true for kinds that are one problem of an SDO server.
 fn is_sdo(kind: ProblemKind) -> bool {
-    matches!(
-        kind,
-        ProblemKind::RequestUnanswered
-            | ProblemKind::LateAnswer
-            | ProblemKind::DamagedTransfer
-            | ProblemKind::TwoClients
-    )
+    kind.is(KindRole::Sdo)
 }
 
 /// Returns true for kinds that are one problem of SYNC.
 fn is_sync(kind: ProblemKind) -> bool {
-    matches!(
-        kind,
-        ProblemKind::SyncIrregular | ProblemKind::SyncStopped | ProblemKind::TwoSyncProducers | ProblemKind::SyncLength
-    )
+    kind.is(KindRole::Sync)
 }
 
 impl RuleProblems {
@@ -105,13 +97,11 @@ impl RuleProblems {
                 (ProblemKind::RequestUnanswered, Ends::Answered)
             }
             // The outcome of a write is not known until the next one.
-            _ if kind == ProblemKind::RequestUnanswered && written(finding, scene) == Some(at.no) => {
-                (kind, Ends::Written)
-            }
+            _ if kind.is(KindRole::Unanswered) && written(finding, scene) == Some(at.no) => (kind, Ends::Written),
             _ => (kind, ends),
         };
         // A stopped SYNC is not a problem of the node that misses it.
-        let node = finding.node.filter(|_| kind != ProblemKind::SyncStopped);
+        let node = finding.node.filter(|_| !kind.is(KindRole::NoSync));
         let subject = Subject { pdo, ..Subject::of(node) };
         let because = finding.because_of.map(|frame| frame.no);
         // A finding with a count is placed at the last of them; one about a deadline where it was noticed.
@@ -125,13 +115,13 @@ impl RuleProblems {
             let soon = one.end.is_none() || one.ended_within(at, AGAIN_NS);
             let of_kind = |is: fn(ProblemKind) -> bool| is(other) && is(kind) && node == subject.node && near;
             let explained = because.is_some_and(|frame| one.holds(frame)) && !is_sdo(kind) && node == subject.node;
-            let two = other == ProblemKind::DuplicateNodeId && node == subject.node;
-            let second = kind == ProblemKind::DamagedTransfer && two;
+            let two = other.is(KindRole::SecondDevice) && node == subject.node;
+            let second = kind.is(KindRole::Violation) && two;
             same && soon || second || of_kind(is_sdo) || of_kind(is_sync) || explained
         });
         // It was there all along: the client did not wait for its response.
         let late = |one: &Problem| {
-            one.kind == ProblemKind::NodeAbsent && one.subject.node == node && one.end == Some(finding.at)
+            one.kind.is(KindRole::NeverHeard) && one.subject.node == node && one.end == Some(finding.at)
         };
         if code == Code::Sdo020
             && let Some(one) = scene.ledger.last(scene.id, late).and_then(|place| scene.ledger.get_mut(place))
@@ -176,7 +166,7 @@ impl RuleProblems {
                 return None;
             }
             // The cause of what seemed to be single late or early ones, or lost heartbeats.
-            let second = kind == ProblemKind::TwoSyncProducers && one.kind == ProblemKind::SyncIrregular;
+            let second = kind.is(KindRole::TwoSyncs) && one.kind.is(KindRole::UnsteadySync);
             let slower = matches!(one.kind, ProblemKind::HeartbeatStopped | ProblemKind::NodeSilent);
             if second || stays && slower {
                 self.last.retain(|(other, _)| *other != place);
@@ -187,7 +177,7 @@ impl RuleProblems {
                 }
                 return None;
             }
-            if code == Code::Sdo020 && one.kind == ProblemKind::RequestUnanswered && one.repeats.count == 1 {
+            if code == Code::Sdo020 && one.kind.is(KindRole::Unanswered) && one.repeats.count == 1 {
                 answered_late(one, finding);
             }
             // A consequence of an earlier one of the same kind is a repetition.
@@ -205,7 +195,7 @@ impl RuleProblems {
             }
             return None;
         }
-        if kind == ProblemKind::DuplicateNodeId
+        if kind.is(KindRole::SecondDevice)
             && let Some(place) = scene.ledger.last(scene.id, |one| {
                 let shows = matches!(
                     one.kind,
@@ -311,7 +301,7 @@ impl RuleProblems {
         self.open.retain(|(place, ends)| {
             let Some(one) = scene.ledger.get_mut(*place) else { return false };
             // Two devices with one node-ID are there whatever comes.
-            if one.kind == ProblemKind::DuplicateNodeId {
+            if one.kind.is(KindRole::SecondDevice) {
                 return false;
             }
             if sign.ends == Ends::Heard && *ends == Ends::Answered && one.subject.node == sign.node {
@@ -339,7 +329,7 @@ impl RuleProblems {
             }
             let said = match ends {
                 _ if sign.boot_up => Saying::Booted,
-                Ends::Heard if one.kind == ProblemKind::NodeAbsent => Saying::FirstHeard,
+                Ends::Heard if one.kind.is(KindRole::NeverHeard) => Saying::FirstHeard,
                 Ends::Heard | Ends::Controlled => Saying::HeardAgain,
                 Ends::Transferred => Saying::Transferred,
                 Ends::Answered => Saying::Answered,
@@ -385,7 +375,7 @@ impl RuleProblems {
                 one.ends(last);
             }
         }
-        for one in scene.ledger.all.iter_mut().filter(|one| one.kind == ProblemKind::PdoMissing && one.clue.least > 1) {
+        for one in scene.ledger.all.iter_mut().filter(|one| one.kind.is(KindRole::MissingPdo) && one.clue.least > 1) {
             let limit = one.ns("limit").or_else(|| one.ns("period")).or(one.clue.sync.map(|(_, period)| period));
             if limit.is_some_and(|limit| one.repeats.longest_ns > limit.saturating_mul(MISSING)) {
                 one.clue.least = 1;
@@ -397,7 +387,7 @@ impl RuleProblems {
 /// Makes one problem of a master that stops guarding several nodes.
 fn stopped_together(scene: &mut Scene<'_>) {
     let of_bus = |place: &LedgerPlace, scene: &Scene<'_>| {
-        let one = scene.ledger.get(*place).filter(|one| one.kind == ProblemKind::GuardingStopped && !one.merged);
+        let one = scene.ledger.get(*place).filter(|one| one.kind.is(KindRole::NoGuarding) && !one.merged);
         one.filter(|one| one.bus == scene.id).map(|one| (one.begin, one.end.is_none()))
     };
     let mut first: Option<(LedgerPlace, FrameRef, bool)> = None;
@@ -418,7 +408,7 @@ fn stopped_together(scene: &mut Scene<'_>) {
 fn says_same(one: &Problem, finding: &Finding) -> bool {
     let sentence = |measured: Option<Measured>| measured.map(|measured| measured.variant.words.en);
     let code = one.findings.first().is_none_or(|cited| cited.code == finding.code);
-    one.kind != ProblemKind::WireError || code && sentence(one.measured) == sentence(finding.measured())
+    !one.kind.is(KindRole::OneRule) || code && sentence(one.measured) == sentence(finding.measured())
 }
 
 /// Records that the unanswered request of a problem was answered after its client had given up.

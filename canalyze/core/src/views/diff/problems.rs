@@ -12,6 +12,7 @@ use super::digest::{CapturePlace, Digest};
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::problems::kinds::ProblemKind;
 use crate::problems::problem::{Problem, Status};
+use crate::problems::roles::KindRole;
 use crate::rules::finding::Quantity;
 use crate::sdo::wire::Mux;
 
@@ -82,16 +83,9 @@ enum Needs {
 }
 
 fn needs(kind: ProblemKind) -> Needs {
-    use ProblemKind::{
-        BusOff, BusTrouble, CommunicationError, HeartbeatStopped, LeftOperational, LssRefused, LssUnanswered,
-        NodeRestarted, NodeSilent, Overrun, RequestUnanswered, RestartLoop, SegmentLost, WireError,
-    };
     match kind {
-        _ if family(kind) == Family::Refusal => Needs::Nothing,
-        RequestUnanswered | LssRefused | LssUnanswered | WireError => Needs::Nothing,
-        ProblemKind::DeviceError | CommunicationError | BusTrouble | Overrun => Needs::Nothing,
-        NodeSilent | SegmentLost | HeartbeatStopped | NodeRestarted | RestartLoop | LeftOperational => Needs::Context,
-        ProblemKind::AxisFault | BusOff => Needs::Context,
+        _ if kind.is(KindRole::Refusal) || kind.is(KindRole::ComparedAlone) => Needs::Nothing,
+        _ if kind.is(KindRole::ComparedInContext) => Needs::Context,
         _ => Needs::Everything,
     }
 }
@@ -106,16 +100,10 @@ enum Family {
 }
 
 fn family(kind: ProblemKind) -> Family {
-    use ProblemKind::{
-        AccessRefused, LengthRefused, MappingRefused, ObjectRefused, StateRefused, ValueRefused, WriteRefused,
-    };
-    use ProblemKind::{AxisFault, BusTrouble, CommunicationError, DeviceError, Overrun, RpdoTimeout};
-    use ProblemKind::{DamagedTransfer, LateAnswer, RequestUnanswered, TwoClients};
     match kind {
-        AccessRefused | LengthRefused | MappingRefused | ObjectRefused | StateRefused => Family::Refusal,
-        ValueRefused | WriteRefused => Family::Refusal,
-        AxisFault | BusTrouble | CommunicationError | DeviceError | Overrun | RpdoTimeout => Family::Error,
-        DamagedTransfer | LateAnswer | RequestUnanswered | TwoClients => Family::Service,
+        _ if kind.is(KindRole::Refusal) => Family::Refusal,
+        _ if kind.is(KindRole::Error) => Family::Error,
+        _ if kind.is(KindRole::Sdo) => Family::Service,
         other => Family::Own(other),
     }
 }
