@@ -157,7 +157,7 @@ SAMPLES = {
     "module-failed": emergency(0x7000),
     "register-without-emcy": Sample(register_set, NODE, "open", (0x585, 0)),
     "emcy-flood": Sample(emcy_flood, NODE, "ended", (0x085, 0)),
-    "lss-unanswered": of_rule("LSS009", None, "ended"),
+    "lss-unanswered": of_rule("LSS009", None, "open"),
     "lss-refused": of_rule("LSS003", None, "ended"),
     "time-jump": of_rule("TIM002", None, "ended"),
     "srdo-invalid": of_rule("SRD001", NODE, "ended"),

@@ -124,7 +124,7 @@ def restart_loop(faulty: bool) -> Frames:
             net.nmt(RESET_NODE, NODE).wait(0.01)
         net.boot(NODE)
         if not faulty:
-            beats(net.nmt(START, NODE), {NODE: 0.9})
+            beats(net.nmt(START, NODE), {NODE: 0.95})
         net.wait(0.98)
     if not faulty:
         beats(net, {NODE: 1.5})

@@ -118,10 +118,15 @@ def test_a_node_that_goes_on_is_not_silent() -> None:
 
 
 def test_who_asked_for_the_reset_makes_it_harmless() -> None:
-    heartbeat = [CanFrame("can0", 0, b"\x01\x05"), *([CanFrame("can0", 0x705, b"\x05")] * 8)]
+    operational = [CanFrame("can0", 0x705, b"\x05")] * 8
+    heartbeat = [CanFrame("can0", 0, b"\x01\x05"), *operational]
     boot = [CanFrame("can0", 0x705, b"\0"), *heartbeat]
-    asked = [*heartbeat, CanFrame("can0", 0, b"\x81\x05"), *boot]
-    commanded = diagnosed(log_text(spaced(asked, step_us=100_000)))
+    booted = [CanFrame("can0", 0, b"\x81\x05"), CanFrame("can0", 0x705, b"\0"), CanFrame("can0", 0, b"\x01\x05")]
+    asked = spaced([*heartbeat, *booted[:1]], step_us=100_000)
+    start = asked[-1].t_us
+    asked += spaced(booted[1:], start_us=start + 50_000)
+    asked += spaced(operational, start_us=start + 150_000, step_us=100_000)
+    commanded = diagnosed(log_text(asked))
     assert [(one["problem"], one["status"]) for one in commanded.incidents] == [("commanded-reset", "harmless")]
     by_itself = diagnosed(log_text(spaced([*heartbeat, *boot], step_us=100_000)))
     assert [(one["problem"], one["status"]) for one in by_itself.incidents] == [("node-restarted", "ended")]

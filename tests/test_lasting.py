@@ -287,3 +287,86 @@ def test_an_event_timer_that_is_not_named_beside_a_transmission_type_that_is(
     net = beats(net.nmt(START), {NODE: LONG, OTHER: LONG})
     net.cyclic(0x180 + NODE, period=0.05, payloads=[bytes([at // 4 % 256, 0]) for at in range(120)])
     assert [found for found, _ in problems(net.frames())] == expected
+
+
+@pytest.mark.parametrize(
+    ("late", "expected"), [(0, []), (0.5, []), (1, ["heartbeat-irregular"]), (2, ["heartbeat-irregular"])]
+)
+def test_a_heartbeat_that_never_came_is_a_problem_and_a_late_one_is_none(late: float, expected: list[str]) -> None:
+    """One gap that is longer by a part of the period, or by one or two whole ones."""
+    net = two_nodes()
+    at = 0.0
+    for beat in range(58):
+        net.send(0x700 + NODE, b"\x05", after=at)
+        at += PERIOD * (1 + late if beat == 20 else 1)
+    assert problems(net.frames()) == [(kind, "ended") for kind in expected]
+
+
+@pytest.mark.parametrize(("missing", "expected"), [(0, []), (1, ["sync-irregular"]), (3, ["sync-irregular"])])
+def test_a_sync_that_never_came_is_a_problem(missing: int, expected: list[str]) -> None:
+    net = beats(two_nodes(), {NODE: LONG})
+    for cycle in range(600):
+        if not 300 <= cycle < 300 + missing:
+            net.send(0x080, b"", after=cycle * 0.02)
+            net.send(0x186, b"\x01\x00", after=cycle * 0.02 + 0.001)
+    assert problems(net.frames()) == [(kind, "ended") for kind in expected]
+
+
+@pytest.mark.parametrize(("until", "expected"), [(12.0, "open"), (8.0, "ended")])
+def test_an_undefined_state_lasts_until_a_defined_one(until: float, expected: str) -> None:
+    net = beats(two_nodes(), {NODE: 5})
+    for beat in range(35):
+        at = 5 + beat * PERIOD
+        net.send(0x700 + NODE, b"\x03" if at < until else b"\x05", after=at)
+    assert [status for kind, status in problems(net.frames()) if kind == "wire-error"] == [expected]
+
+
+@pytest.mark.parametrize(("until", "expected"), [(12.0, "open"), (8.0, "ended")])
+def test_sync_without_its_counter_lasts_until_it_is_back(until: float, expected: str) -> None:
+    net = beats(two_nodes().write(OTHER, 0x1019, 0, 10, 1), {NODE: LONG})
+    for cycle in range(220):
+        at = cycle * 0.05
+        net.send(0x080, b"" if 5 <= at < until else bytes([cycle % 10 + 1]), after=at)
+    assert [status for kind, status in problems(net.frames()) if kind == "sync-length"] == [expected]
+
+
+@pytest.mark.parametrize(("register", "expected"), [(0x00, "ended"), (0x01, "ended"), (0x09, "open"), (0x0D, "open")])
+def test_an_error_lasts_until_the_error_register_does_not_show_it(register: int, expected: str) -> None:
+    """EMCY 4210h with bits 0 and 3; then 1001h is read."""
+    net = beats(two_nodes(3), {NODE: 3}).wait(3).send(0x080 + NODE, bytes.fromhex("1042090000000000")).wait(0.5)
+    net.read(NODE, 0x1001, 0, register, 1)
+    net = beats(net, {NODE: 6, OTHER: 6})
+    assert problems(net.frames()) == [("temperature", expected)]
+
+
+def test_a_device_with_the_generic_bit_alone_keeps_its_error() -> None:
+    net = beats(two_nodes(3), {NODE: 3}).wait(3).send(0x080 + NODE, bytes.fromhex("1042010000000000")).wait(0.5)
+    net.read(NODE, 0x1001, 0, 0x01, 1)
+    assert problems(beats(net, {NODE: 6, OTHER: 6}).frames()) == [("temperature", "open")]
+
+
+@pytest.mark.parametrize(("count", "valid", "expected"), [(60, None, "open"), (60, 30, "ended"), (5, None, None)])
+def test_frames_to_a_disabled_rpdo(count: int, valid: int | None, expected: str | None) -> None:
+    """The COB-ID of RPDO1 keeps bit 31 while its controller sends; it is mended behind a number of frames, or not."""
+    net = beats(started(NODE, OTHER).write(NODE, 0x1400, 1, 0x8000_0205, 4), {NODE: 8, OTHER: 8})
+    for frame in range(count):
+        if frame == valid:
+            net.write(NODE, 0x1400, 1, 0x205, 4)
+        net.send(0x205, bytes([frame, 0])).wait(0.05)
+    assert [status for kind, status in problems(net.frames()) if kind == "frames-not-taken"] == (
+        [expected] if expected else []
+    )
+
+
+@pytest.mark.parametrize("used", [True, False])
+def test_a_tpdo_that_is_moved_onto_the_identifier_of_another_node(used: bool) -> None:
+    """The other sends on its identifier of the pre-defined connection set, or it does not."""
+    net = started(NODE, OTHER).write(NODE, 0x1800, 1, 0x185, 4)
+    for frame in range(80):
+        if frame == 40:
+            net.write(NODE, 0x1800, 1, 0x8000_0185, 4).write(NODE, 0x1800, 1, 0x186, 4)
+        net.send(0x185 if frame < 40 else 0x186, bytes([frame, 0])).wait(0.05)
+        if used:
+            net.send(0x186, bytes([frame // 8, 7])).wait(0.05)
+    net = beats(net, {NODE: 2, OTHER: 2})
+    assert ("shared-cob-id" in [kind for kind, _ in problems(net.frames())]) == used

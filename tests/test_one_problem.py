@@ -249,3 +249,72 @@ def test_rpdos_that_stop_with_their_node_are_no_problem(kind: str) -> None:
     for number in range(410):
         net.send(0x200 + NODE, bytes([number % 200, 1]), after=number * 0.01 + 0.001)
     assert roots(net.frames()) == [kind]
+
+
+def guarded(lost: tuple[int, ...], *, since: float, until: float) -> Frames:
+    """A master guards three nodes every 0.4 s; some do not answer for a time."""
+    net = Network().boot(3, 4, 5).nmt(START, 0)
+    begin = net.now
+    for cycle in range(40):
+        for number, node in enumerate((3, 4, 5)):
+            net.now = begin + cycle * 0.4 + number * 0.13
+            out = node in lost and since <= net.now - begin < until
+            net.send(0x700 + node, remote=True)
+            if not out:
+                net.send(0x700 + node, bytes([5 | cycle % 2 << 7]), after=0.001)
+    return net.frames()
+
+
+@pytest.mark.parametrize("lost", [(3,), (3, 4), (4, 5), (3, 4, 5)])
+@pytest.mark.parametrize("until", [8.0, 99.0])
+def test_guarded_nodes_of_one_segment_are_one_problem(lost: tuple[int, ...], until: float) -> None:
+    assert roots(guarded(lost, since=4.0, until=until)) == ["guarding-unanswered"]
+
+
+def test_guarded_nodes_that_are_lost_at_different_times_are_two() -> None:
+    first, second = (guarded((node,), since=since, until=99) for node, since in ((3, 4.0), (5, 9.0)))
+    assert roots([one for one in first if one in second]) == ["guarding-unanswered"] * 2
+
+
+@pytest.mark.parametrize("out", [0.5, 1.0])
+@pytest.mark.parametrize("pdo", [0.02, 0.1])
+def test_a_node_that_sends_nothing_for_a_moment(out: float, pdo: float) -> None:
+    """Its heartbeats and its PDOs of an event timer are missing in the same time."""
+    net = started(NODE, OTHERS[0]).write(NODE, 0x1800, 5, round(pdo * 1000), 2)
+    begin, gone = net.now, range(round(6.05 * 1000), round((6.05 + out) * 1000))
+    for at in range(0, 12_000, round(pdo * 1000)):
+        if at not in gone:
+            net.send(0x180 + NODE, bytes([at // 100 % 250, 1]), after=at / 1000)
+    for node in (NODE, OTHERS[0]):
+        for at in range(0, 12_000, round(PERIOD * 1000)):
+            if node != NODE or at not in gone:
+                net.now = begin
+                net.send(0x700 + node, b"\x05", after=at / 1000 + 0.0005 * node)
+    assert len(roots(net.frames())) == 1
+
+
+def test_a_node_that_restarts_and_is_silent_in_turn() -> None:
+    """Each time it is back with a boot-up: one problem, whichever was seen first."""
+    net = Network().live(7, period=PERIOD, seconds=24, states=((0, 5),)).nmt(START, 0)
+    beat = 0.0
+    for off in (0.1, 0.1, 1.5, 1.5):
+        for _ in range(20):
+            net.send(0x700 + NODE, b"\x05", after=beat)
+            beat += PERIOD
+        beat += off
+        net.send(0x700 + NODE, b"\x00", after=beat)
+        beat += PERIOD
+    for _ in range(20):
+        net.send(0x700 + NODE, b"\x05", after=beat)
+        beat += PERIOD
+    (one,) = diagnosed(log_text(net.frames())).incidents
+    assert (one["problem"], one["repeats"]["count"]) == ("restart-loop", 4)
+
+
+def test_a_late_heartbeat_behind_a_restart_belongs_to_it() -> None:
+    net = Network().live(7, period=PERIOD, seconds=12, states=((0, 5),))
+    beats_at = [at * PERIOD for at in range(20)] + [4 + 1.9 * PERIOD + at * PERIOD for at in range(38)]
+    for at in beats_at:
+        net.send(0x700 + NODE, b"\x05", after=at)
+    net.send(0x700 + NODE, b"\x00", after=4.0)
+    assert roots(net.frames()) == ["node-restarted"]

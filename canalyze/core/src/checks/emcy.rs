@@ -152,6 +152,13 @@ impl Emergencies {
         (active, cleared)
     }
 
+    /// Clears the errors of a node whose error register is read as 0.
+    pub fn has_none(&mut self, node: u8) {
+        if let Some(reported) = self.nodes.get_mut(node) {
+            reported.standing.clear();
+        }
+    }
+
     /// Resets a node that boots up: it reports its errors again.
     pub fn boot_up(&mut self, node: u8, cx: &mut Context<'_>) {
         if let Some(reported) = self.nodes.get_mut(node) {

@@ -391,6 +391,9 @@ impl Checks {
         let node = nodes.get(transfer.node);
         self.descriptions.expected(nodes, transfer, mux, cx);
         self.descriptions.judge(node, transfer, mux, cx);
+        if transfer.shows_no_error() {
+            self.nodes.has_no_error(transfer.node);
+        }
         if transfer.direction == Direction::Download
             && let Some(value) = configuration::number(&transfer.data.kept)
         {

@@ -90,6 +90,11 @@ impl Nodes {
         self.nmt.state(node)
     }
 
+    /// Clears the errors of a node whose error register is read as 0.
+    pub fn has_no_error(&mut self, node: u8) {
+        self.emergencies.has_none(node);
+    }
+
     /// Returns the last boot-up of a node if it is the second one for no reason.
     pub fn booted_twice(&self, node: u8) -> Option<FrameRef> {
         self.nmt.booted_twice(node)

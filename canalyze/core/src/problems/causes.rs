@@ -1,11 +1,11 @@
 //! The rules of cause, one in each row; the first match applies.
 //!
 //! A rule compares two problems of one bus and the facts known at their beginning. Its number appears as `cause` in
-//! machine output (L1 to L35); L0 is a cause that a finding names itself.
+//! machine output (L1 to L39); L0 is a cause that a finding names itself.
 
 use std::ops::RangeInclusive;
 
-use super::problem::{Grade, Problem};
+use super::problem::{Grade, Problem, bit};
 use super::roles::KindRole;
 use super::trackers::emcy::{LIFE_GUARD, RPDO_TIMEOUT};
 use crate::rules::finding::{Code, Quantity};
@@ -69,6 +69,10 @@ const RULES: &[CauseRule] = &[
     (14, boot_cut_short),
     (34, boot_awaited),
     (4, error_before),
+    (36, error_meanwhile),
+    (37, sent_nothing),
+    (39, restarted_meanwhile),
+    (38, targets_with_sync),
     (23, no_edge),
     (8, announced),
     (22, cause_stands),
@@ -81,7 +85,9 @@ const RULES: &[CauseRule] = &[
 
 /// Applies the rules to a possible cause and its effect.
 pub(super) fn relate(cause: &Problem, effect: &Problem) -> Option<Found> {
-    let delay = effect.begin.since(cause.begin).unwrap_or(0);
+    // A cause that recurs may have caused it by its last time.
+    let since = if cause.repeats.since.no <= effect.begin.no { cause.repeats.since } else { cause.begin };
+    let delay = effect.begin.since(since).unwrap_or(0);
     let same_node = effect.subject.node.is_some_and(|node| cause.subject.concerns(node));
     // Without usable stamps the order decides: a problem that began after the effect was noticed is not its cause.
     if delay == 0 && cause.begin.no > effect.noticed.no {
@@ -100,6 +106,12 @@ impl Pair<'_> {
     /// Returns true if both concern the same single node.
     fn alone(&self) -> bool {
         self.cause.subject.node.is_some() && self.cause.subject.node == self.effect.subject.node
+    }
+
+    /// Returns true if the cause concerns all nodes of the effect.
+    fn within(&self) -> bool {
+        let nodes = |one: &Problem| one.subject.nodes | one.subject.node.map_or(0, bit);
+        nodes(self.effect) != 0 && nodes(self.effect) & !nodes(self.cause) == 0
     }
 
     /// Returns true if the cause lasted until the last sign before the effect began; an effect that ended in between
@@ -258,7 +270,7 @@ fn second_node(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 /// L7: a node that could not be heard could not hear, either.
 fn could_hear_nobody(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let of_bus = pair.effect.clue.reported.iter().any(|code| (0x8100..=0x82FF).contains(code));
-    let lost = pair.cause.kind.is(KindRole::Silent);
+    let lost = pair.cause.kind.is(KindRole::Silent) || pair.cause.kind.is(KindRole::Guarding);
     let stops = pair.effect.clue.reported.is_empty() && pair.effect.kind.is(KindRole::DriveStops);
     // What it sent last is no consequence.
     let after = pair.effect.begin.no > pair.cause.begin.no && pair.delay >= 0;
@@ -342,7 +354,7 @@ fn same_outage(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let Pair { cause, effect, .. } = *pair;
     let shows = effect.kind.is(KindRole::ShowsOutage);
     let then = effect.begin.no >= cause.begin.no && cause.end.is_none_or(|end| effect.begin.no <= end.no);
-    (pair.alone() && cause.kind.is(KindRole::Guarding) && shows && then).then_some((Grade::Certain, 0))
+    (pair.within() && cause.kind.is(KindRole::Guarding) && shows && then).then_some((Grade::Certain, 0))
 }
 
 /// L12: a booted node has lost its configuration.
@@ -446,6 +458,37 @@ fn error_before(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let errs = effect.kind.is(KindRole::IgnoresCommand) && !cause.clue.codes.is_empty()
         || effect.kind.is(KindRole::LeftState) && !cause.clue.reported.is_empty();
     (pair.same_node && errs).then_some((Grade::Likely, delay))
+}
+
+/// L36: a node that reports an error is late with its heartbeat.
+fn error_meanwhile(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let gap = pair.effect.ns("found").filter(|_| pair.effect.kind.is(KindRole::Slower))?;
+    let errs = pair.same_node && !pair.cause.clue.reported.is_empty() && (0..=gap).contains(&pair.delay);
+    errs.then_some((Grade::Likely, pair.delay))
+}
+
+/// L39: a node that restarts sends no heartbeat meanwhile.
+fn restarted_meanwhile(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let gap = pair.effect.ns("found").filter(|_| pair.effect.kind.is(KindRole::Slower))?;
+    let restarts = pair.cause.kind.is(KindRole::Restart) || pair.cause.kind.is(KindRole::Loop);
+    (pair.same_node && restarts && (0..=gap).contains(&pair.delay)).then_some((Grade::Certain, pair.delay))
+}
+
+/// L37: a node that sent no heartbeat sent nothing else at that time.
+fn sent_nothing(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let gap = pair.cause.ns("found").filter(|_| pair.cause.kind.is(KindRole::Slower))?;
+    let missing = [KindRole::MissingPdo, KindRole::Service, KindRole::NoSync].map(|role| pair.effect.kind.is(role));
+    let within = (gap.saturating_mul(-2)..=0).contains(&pair.delay);
+    (pair.same_node && missing.contains(&true) && within).then_some((Grade::Likely, pair.delay.saturating_abs()))
+}
+
+/// L38: targets that are sent with SYNC are late with it.
+fn targets_with_sync(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let Pair { cause, effect, delay, .. } = *pair;
+    let targets = effect.kind.is(KindRole::Jitter) && !effect.kind.is(KindRole::UnsteadySync);
+    let follows = targets && (cause.kind.is(KindRole::UnsteadySync) || cause.kind.is(KindRole::NoSync));
+    let period = effect.ns("period").unwrap_or(0);
+    (follows && delay >= period.saturating_mul(-PERIODS)).then_some((Grade::Likely, delay.saturating_abs()))
 }
 
 /// L23: a fault reset needs a rising edge.

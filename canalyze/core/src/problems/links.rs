@@ -70,6 +70,8 @@ fn touches(cause: &Problem, effect: &Problem) -> bool {
         (kind, Some(period)) if kind.is(KindRole::Slower) => period.saturating_mul(PERIODS),
         // Two devices show only after some frames of both.
         (kind, _) if kind.is(KindRole::SecondDevice) => WINDOW_NS,
+        // The node was off before its boot-up.
+        (kind, _) if kind.is(KindRole::Restart) || kind.is(KindRole::Loop) => WINDOW_NS,
         _ => LATE_NS,
     };
     // A node that is never started goes on waiting.

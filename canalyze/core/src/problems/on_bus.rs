@@ -31,7 +31,7 @@ use crate::rules::finding::{Code, Finding, Quantity};
 use crate::sdo::abort_code::AbortCode;
 use crate::sdo::transfer::{Direction, Status as Transferred, Transfer};
 use crate::sdo::wire::{Command, Side};
-use crate::wire::error_control::{BOOT_UP, OPERATIONAL};
+use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::wire::lss::command as lss;
 use crate::wire::message::Message;
 use crate::world::bus::Bus;
@@ -45,6 +45,8 @@ const ALONE_NS: i64 = 2_000_000_000;
 const ERRORS_ONLY: u64 = 10;
 /// Maximum time for which storing parameters or a program keeps a node busy, in ns.
 const STORING_NS: i64 = 10_000_000_000;
+/// The error register (CiA 301, 7.5.2.2).
+const ERROR_REGISTER: u16 = 0x1001;
 /// Objects by which parameters are stored and restored, and programs written and started (CiA 301, CiA 302-3).
 const STORES: [u16; 4] = [0x1010, 0x1011, 0x1F50, 0x1F51];
 /// Maximum gap between SYNCs from which a period is taken, in ns.
@@ -159,7 +161,7 @@ impl OfBus {
                 What::Sdo(step) => self.sdo(step, event.node, frame, bus, ledger),
                 What::Transfer(transfer) => {
                     self.transfer(transfer, id, at, bus, ledger);
-                    false
+                    transfer.mux.is_some_and(|mux| mux.index == ERROR_REGISTER)
                 }
                 What::Finding(finding) => self.finding(finding, id, at, bus, ledger),
                 What::Note(Note::BitTimingActivated { .. }) => {
@@ -180,6 +182,9 @@ impl OfBus {
         self.pdos.transfer(transfer);
         self.motions.transfer(transfer, scene!(self, ledger, bus, id, at));
         self.emergencies.transfer(transfer, scene!(self, ledger, bus, id, at));
+        if transfer.shows_no_error() {
+            self.heard.reports(transfer.node, None);
+        }
         self.boots.transfer(transfer, &self.heard);
         self.heartbeats.transfer(transfer, scene!(self, ledger, bus, id, at));
         self.identities.transfer(transfer, scene!(self, ledger, bus, id, at));
@@ -437,7 +442,7 @@ impl OfBus {
                 self.configurations.booted(node, scene!(self, ledger, bus, id, at));
                 self.heard.frame(node, at);
                 self.heard.operational &= !bit(node);
-                for ends in [Ends::Heard, Ends::Guarded, Ends::Controlled] {
+                for ends in [Ends::Heard, Ends::Guarded, Ends::Controlled, Ends::State] {
                     let sign = Sign { boot_up: true, ..Sign::of(ends, Some(node)) };
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
@@ -454,6 +459,9 @@ impl OfBus {
                 self.heartbeats.beat(node, scene!(self, ledger, bus, id, at));
                 if !self.found.is_empty() {
                     self.found.sign(Sign::of(Ends::Controlled, Some(node)), scene!(self, ledger, bus, id, at));
+                    if matches!(state, BOOT_UP | STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
+                        self.found.sign(Sign::of(Ends::State, Some(node)), scene!(self, ledger, bus, id, at));
+                    }
                 }
                 self.heard.heartbeat(node, at);
                 let before = self.heard.is_operational(node);
@@ -516,7 +524,8 @@ impl OfBus {
                 (self.heard.sync, self.heard.control) = (at, at);
                 self.pdos.sync(scene!(self, ledger, bus, id, at));
                 if !self.found.is_empty() {
-                    let sign = Sign::of(Ends::Sync, None);
+                    self.found.sign(Sign::of(Ends::Sync, None), scene!(self, ledger, bus, id, at));
+                    let sign = Sign { length: frame.len.into(), ..Sign::of(Ends::SyncLength, None) };
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
                 false
@@ -607,8 +616,10 @@ impl OfBus {
             one.end = one.end.map(|end| if end.no < self.heard.last_error.no { self.heard.last_error } else { end });
         }
         for place in 0..ledger.all.len() {
-            // A node may have been found lost after a request to it.
-            let asked = |one: &&problem::Problem| one.kind.is(KindRole::Unanswered) && one.cause.is_none();
+            // A node may have been found lost after a request to it, and nodes that were lost together restart so.
+            let asked = |one: &&problem::Problem| {
+                (one.kind.is(KindRole::Unanswered) || one.kind.is(KindRole::Restart)) && one.cause.is_none()
+            };
             let late = ledger.get(place).filter(asked).is_some_and(|one| one.bus == id && !one.merged);
             if place >= before || late {
                 links::link(ledger, place, id);

@@ -17,6 +17,8 @@ pub(super) enum Ends {
     Heard,
     /// A boot-up, heartbeat or guarding answer of the node.
     Controlled,
+    /// The same with a state that CiA 301 defines.
+    State,
     /// An answer of the server.
     Answered,
     /// A successful transfer of the node.
@@ -25,6 +27,8 @@ pub(super) enum Ends {
     Written,
     /// A SYNC.
     Sync,
+    /// A SYNC of the length that is due.
+    SyncLength,
     /// The PDO.
     Pdo,
     /// The PDO with the length of its mapping.
@@ -48,7 +52,7 @@ pub(super) enum Ends {
 pub(super) struct Sign {
     pub(super) code: Code,
     pub(super) ends: Ends,
-    /// The number of findings from which it counts; 3 for what one late frame may cause.
+    /// The number of findings from which it counts; 3 for frames that are late.
     pub(super) least: u64,
 }
 

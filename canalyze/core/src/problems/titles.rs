@@ -93,6 +93,9 @@ pub fn of(one: &Problem, began_ns: Option<i64>) -> Option<Measured> {
             (Some(Quantity::Id(id)), Some(Quantity::Id(other)), Some(Quantity::Count(frames))) => {
                 Saying::NotTaken { id, frames, pdo: one.subject.pdo?, other }.into()
             }
+            (Some(Quantity::Id(id)), None, Some(Quantity::Count(frames))) => {
+                Saying::NotTakenAny { id, frames, pdo: one.subject.pdo? }.into()
+            }
             _ => return None,
         },
         ProblemKind::DuplicateNodeId if one.has("answers") => Saying::TwoServers { at }.into(),
@@ -179,6 +182,8 @@ pub fn of(one: &Problem, began_ns: Option<i64>) -> Option<Measured> {
             _ => Saying::Since { at }.into(),
         },
         _ if count > 1 => Saying::Times { at, count }.into(),
+        // It had ended when it was noticed.
+        _ if one.end.is_some_and(|end| end.no <= one.noticed.no) => Saying::At { at }.into(),
         _ => Saying::Since { at }.into(),
     })
 }

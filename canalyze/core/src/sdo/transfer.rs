@@ -289,6 +289,12 @@ impl Transfer {
         self.mux.and_then(|mux| self.described.data_type(mux.index, mux.sub))
     }
 
+    /// Returns true if it reads an error register (1001h) of 0.
+    pub fn shows_no_error(&self) -> bool {
+        let read = self.direction == Direction::Upload && self.outcome.status == Status::Ok;
+        read && self.mux == Some(Mux { index: 0x1001, sub: 0 }) && self.data.kept.as_ref() == [0]
+    }
+
     /// Creates a transfer.
     pub fn new(beginning: Beginning, direction: Direction, mode: Mode, mux: Option<Mux>) -> Self {
         let Beginning { id, bus, node, channel, extract, at } = beginning;

@@ -20,6 +20,28 @@ use crate::world::node::{Content, Node, Pdo, PerNode};
 /// A TPDO: its node and its number.
 type TpdoKey = (u8, u16);
 
+/// A bit for each CAN-ID of 11 bits.
+#[derive(Debug)]
+struct Heard([u64; 32]);
+
+impl Default for Heard {
+    fn default() -> Self {
+        Self([0; 32])
+    }
+}
+
+impl Heard {
+    fn take(&mut self, id: CanId) {
+        if let Some(bits) = self.0.get_mut(id.raw() as usize / 64).filter(|_| !id.is_extended()) {
+            *bits |= 1 << (id.raw() % 64);
+        }
+    }
+
+    fn has(&self, id: CanId) -> bool {
+        !id.is_extended() && self.0.get(id.raw() as usize / 64).is_some_and(|bits| bits >> (id.raw() % 64) & 1 != 0)
+    }
+}
+
 /// The identifiers of a bus's TPDOs.
 #[derive(Debug, Default)]
 pub struct PdoIdentifiers {
@@ -33,6 +55,10 @@ pub struct PdoIdentifiers {
     stale: BTreeSet<TpdoKey>,
     /// The last acknowledged write of a TPDO's COB-ID.
     written: BTreeMap<TpdoKey, FrameRef>,
+    /// The identifiers that TPDOs had before.
+    former: BTreeMap<TpdoKey, CanId>,
+    /// The CAN-IDs of PDOs so far, one bit each.
+    heard: Heard,
 }
 
 impl PdoIdentifiers {
@@ -55,6 +81,7 @@ impl PdoIdentifiers {
         if !self.shared.is_empty() {
             self.judge(id, cx);
         }
+        self.heard.take(id);
     }
 
     fn judge(&mut self, id: CanId, cx: &mut Context<'_>) {
@@ -77,6 +104,7 @@ impl PdoIdentifiers {
         let mut concerned = BTreeSet::new();
         for name in std::mem::take(&mut self.stale) {
             if let Some(id) = self.ids.remove(&name) {
+                self.former.insert(name, id);
                 concerned.insert(id);
                 self.senders.entry(id).or_default().remove(&name);
             }
@@ -85,6 +113,13 @@ impl PdoIdentifiers {
                 concerned.insert(cob.id);
                 self.ids.insert(name, cob.id);
                 self.senders.entry(cob.id).or_default().insert(name, from);
+                // Frames on it while this one was sent on another show who had the identifier.
+                let moved = self.former.get(&name).is_some_and(|former| *former != cob.id && self.heard.has(*former));
+                let taken = moved && self.heard.has(cob.id);
+                if let Some(owner) = owner(cob.id, nodes).filter(|owner| taken && owner.0 != name.0) {
+                    self.ids.insert(owner, cob.id);
+                    self.senders.entry(cob.id).or_default().insert(owner, Provenance::Observed(cx.at.no));
+                }
             }
         }
         for id in concerned {
@@ -110,6 +145,20 @@ impl PdoIdentifiers {
             self.shared.insert(id, (first, name, reported));
         }
     }
+}
+
+/// Returns the TPDO that has an identifier by the pre-defined connection set or by its EDS, if nothing says otherwise.
+fn owner(id: CanId, nodes: &PerNode<Node>) -> Option<TpdoKey> {
+    let number = match id.raw() {
+        raw @ 0x181..=0x4FF if raw & 0x80 != 0 && raw & 0x7F != 0 && !id.is_extended() => (raw >> 8) as u16,
+        _ => return None,
+    };
+    let node = (id.raw() & 0x7F) as u8;
+    let elsewhere = |pdo: &Pdo| {
+        let (cob, from) = pdo.cob;
+        !cob.valid || cob.id != id || !matches!(from, Provenance::Default | Provenance::Eds)
+    };
+    (!nodes.get(node)?.pdo(true, number).is_some_and(elsewhere)).then_some((node, number))
 }
 
 /// Returns true if a PDO is known for certain to be sent by its node.

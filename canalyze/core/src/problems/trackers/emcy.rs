@@ -51,6 +51,17 @@ fn kind(code: u16) -> ProblemKind {
     }
 }
 
+/// Returns the bit of the error register (CiA 301, 7.5.2.2) that shows an error code, among those that were set with it; all
+/// of them if there is none.
+fn class(code: u16, reported: u8) -> u8 {
+    let bit = match code >> 12 {
+        class @ 2..=4 => 1 << (class - 1),
+        8 => COMMUNICATION,
+        _ => 0,
+    };
+    if reported & bit != 0 { bit } else { u8::MAX }
+}
+
 /// The open problems of emergencies on a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::problems) struct Emergencies {
@@ -82,6 +93,22 @@ impl Emergencies {
         } else {
             self.taken_back(emergency, scene);
         }
+    }
+
+    /// Clears the errors that an error register, read or reported, does not show any more. Only bit 0 is mandatory: that of
+    /// an error's class counts if it was set when the error was reported.
+    fn shown(&mut self, node: u8, register: u8, said: Saying, at: FrameRef, scene: &mut Scene<'_>) {
+        let Some(open) = self.open.get_mut(&node) else { return };
+        open.retain(|place| {
+            let Some(one) = scene.ledger.get_mut(*place) else { return false };
+            let Some(Quantity::Hex2(reported)) = one.get("register") else { return true };
+            one.clue.codes.retain(|code| register & class(*code, reported) != 0);
+            if one.clue.codes.is_empty() {
+                one.step(at, StepRole::Recovery, said.clone(), None);
+                one.fact("taken_back", Quantity::Count(at.listed().no));
+            }
+            !one.clue.codes.is_empty()
+        });
     }
 
     fn raised(&mut self, emergency: EmcyChange, scene: &mut Scene<'_>) {
@@ -218,6 +245,9 @@ impl Emergencies {
     fn taken_back(&mut self, emergency: EmcyChange, scene: &mut Scene<'_>) {
         let EmcyChange { node, profile, register, active, .. } = emergency;
         let at = scene.at;
+        if register != 0 {
+            self.shown(node, register, Saying::StillSet { register }, at, scene);
+        }
         let Some(open) = self.open.get_mut(&node) else { return };
         open.retain(|place| {
             let Some(one) = scene.ledger.get_mut(*place) else { return false };
@@ -253,6 +283,7 @@ impl Emergencies {
             return;
         };
         let at = transfer.last;
+        self.shown(node, *register, Saying::RegisterRead { register: *register }, at, scene);
         let open = scene.ledger.last(scene.id, |one| {
             one.kind == ProblemKind::RegisterWithoutEmcy && one.subject.node == Some(node) && one.end.is_none()
         });

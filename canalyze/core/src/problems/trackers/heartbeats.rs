@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+use super::rules::GOES_ON;
 use crate::bytes::frame::FrameRef;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
@@ -99,7 +100,7 @@ impl MissingHeartbeats {
         for (node, (period, run)) in &self.periods {
             let late = |one: &Problem| {
                 let counts = one.kind == ProblemKind::HeartbeatIrregular && one.subject.node == Some(*node);
-                counts && one.clue.least > one.repeats.count
+                counts && one.repeats.count < GOES_ON
             };
             let place = scene.ledger.last(scene.id, late);
             if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place))

@@ -66,8 +66,8 @@ impl Pdos {
     /// Processes a PDO.
     pub(in crate::problems) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
         let at = frame.reference();
-        if !self.untaken.is_empty() && !data.transmit {
-            self.taken(frame.id, at, scene);
+        if !data.transmit {
+            self.disabled(data, frame, scene);
         }
         if scene.heard.sync_period_ns.is_none() {
             return;
@@ -96,6 +96,47 @@ impl Pdos {
         if let Some(problem) = one.stopped.take().and_then(|place| scene.ledger.get_mut(place)) {
             problem.step(at, StepRole::Recovery, Saying::PdoAgain, None);
             problem.ends(at);
+        }
+    }
+
+    /// Processes a frame to an RPDO, which may be disabled while its node is Operational.
+    fn disabled(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
+        let (id, at) = (frame.id.raw(), frame.reference());
+        let pdo = scene.bus.node(data.node).and_then(|known| known.pdo(false, data.number));
+        let off = pdo.is_some_and(|pdo| pdo.cob.1.is_told() && !pdo.cob.1.is_doubted() && !pdo.cob.0.valid);
+        if !off || scene.bus.state(data.node) != Some(OPERATIONAL) {
+            return self.taken(frame.id, at, scene);
+        }
+        self.count(id, (data.node, data.number), None, frame, scene);
+    }
+
+    /// Counts a frame that no RPDO takes. `other`: the CAN-ID of the RPDO for which it may be; `None` if that is disabled.
+    fn count(
+        &mut self,
+        id: u32,
+        (node, number): (u8, u16),
+        other: Option<CanId>,
+        frame: &Frame,
+        scene: &mut Scene<'_>,
+    ) {
+        let at = frame.reference();
+        let one = self.untaken.entry(id).or_insert(Untaken { first: at, count: 0, place: None });
+        one.count = one.count.saturating_add(1);
+        if one.count < FRAMES {
+            return;
+        }
+        if one.place.is_none() {
+            let subject = Subject { pdo: Some((false, number)), ..Subject::node(node) };
+            one.place = scene.ledger.open(ProblemKind::NotTaken, scene.id, subject, one.first, at);
+            if let Some(problem) = one.place.and_then(|place| scene.ledger.get_mut(place)) {
+                problem.fact("id", Quantity::Id(frame.id));
+                if let Some(other) = other {
+                    problem.fact("other", Quantity::Id(other));
+                }
+            }
+        }
+        if let Some(problem) = one.place.and_then(|place| scene.ledger.get_mut(place)) {
+            problem.fact("frames", Quantity::Count(one.count));
         }
     }
 
@@ -164,30 +205,13 @@ impl Pdos {
             _ => return,
         };
         let node = id as u8 & 0x7F;
-        let at = frame.reference();
-        if let Some(one) = self.untaken.get_mut(&id).filter(|one| one.place.is_some()) {
-            one.count = one.count.saturating_add(1);
-            if let Some(problem) = one.place.and_then(|place| scene.ledger.get_mut(place)) {
-                problem.fact("frames", Quantity::Count(one.count));
-            }
-            return;
-        }
-        let Some(other) = rpdo_of(node, number, frame.id, scene) else {
+        let told = self.untaken.get(&id).is_some_and(|one| one.place.is_some());
+        let other = rpdo_of(node, number, frame.id, scene);
+        if !told && other.is_none() {
             self.untaken.remove(&id);
             return;
-        };
-        let one = self.untaken.entry(id).or_insert(Untaken { first: at, count: 0, place: None });
-        one.count = one.count.saturating_add(1);
-        if one.count < FRAMES {
-            return;
         }
-        let subject = Subject { pdo: Some((false, number)), ..Subject::node(node) };
-        one.place = scene.ledger.open(ProblemKind::NotTaken, scene.id, subject, one.first, at);
-        if let Some(problem) = one.place.and_then(|place| scene.ledger.get_mut(place)) {
-            problem.fact("id", Quantity::Id(frame.id));
-            problem.fact("other", Quantity::Id(other));
-            problem.fact("frames", Quantity::Count(one.count));
-        }
+        self.count(id, (node, number), other, frame, scene);
     }
 }
 

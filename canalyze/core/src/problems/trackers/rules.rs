@@ -82,11 +82,7 @@ impl RuleProblems {
             Code::Syn003 => finding.measured().is_some_and(|all| all.get("expected").is_some()),
             _ => false,
         };
-        let missing = match finding.measured().and_then(|all| all.get("missing")) {
-            Some(Quantity::Count(missing)) if code == Code::Syn003 => missing,
-            _ => 0,
-        };
-        let least = if stays || missing >= least { 1 } else { least };
+        let least = if stays || lacks(finding) { 1 } else { least };
         let (kind, ends) = match (code, constant(finding, "missing")) {
             _ if stays => (kind, Ends::Never),
             // Its own length has been right all the time.
@@ -106,6 +102,11 @@ impl RuleProblems {
         let because = finding.because_of.map(|frame| frame.no);
         // A finding with a count is placed at the last of them; one about a deadline where it was noticed.
         let last = if times(finding, 1) > 1 && finding.at.no > at.no { finding.at } else { at };
+        let unasked = code == Code::Sdo002 && constant(finding, "missing") == Some("request");
+        let gap_ns = match finding.measured().and_then(|all| all.get("found")) {
+            Some(Quantity::Ns(gap)) if code == Code::Hbt001 => Some(gap),
+            _ => None,
+        };
         let again = scene.ledger.last(scene.id, |one| {
             let (node, other) = (one.subject.node, one.kind);
             let same =
@@ -113,11 +114,19 @@ impl RuleProblems {
             let near =
                 one.end.is_none() || one.ended_within(at, ONE_TRANSFER_NS) || one.began_within(at, ONE_TRANSFER_NS);
             let soon = one.end.is_none() || one.ended_within(at, AGAIN_NS);
+            // What the client did not wait for comes late.
+            let served = other.is(KindRole::Service) && !other.is(KindRole::Violation);
+            let owed = served && unasked && node == subject.node && soon;
             let of_kind = |is: fn(ProblemKind) -> bool| is(other) && is(kind) && node == subject.node && near;
             let explained = because.is_some_and(|frame| one.holds(frame)) && !is_sdo(kind) && node == subject.node;
             let two = other.is(KindRole::SecondDevice) && node == subject.node;
             let second = kind.is(KindRole::Violation) && two;
-            same && soon || second || of_kind(is_sdo) || of_kind(is_sync) || explained
+            // The node was out, or restarted, in this gap of its heartbeats.
+            let outage = [KindRole::Outage, KindRole::NoHeartbeats, KindRole::MissingPdo].map(|role| other.is(role));
+            let in_gap = |gap| one.began_within(finding.at, gap) || one.ended_within(finding.at, gap);
+            let concerns = node == subject.node || subject.node.is_some_and(|node| one.subject.concerns(node));
+            let first = outage.contains(&true) && concerns && gap_ns.is_some_and(in_gap);
+            same && soon || second || first || owed || of_kind(is_sdo) || of_kind(is_sync) || explained
         });
         // It was there all along: the client did not wait for its response.
         let late = |one: &Problem| {
@@ -137,6 +146,9 @@ impl RuleProblems {
         if let Some(place) = again {
             let one = scene.ledger.get_mut(place)?;
             one.found(finding);
+            if one.kind == kind {
+                one.clue.least = one.clue.least.min(least);
+            }
             if stays && one.kind == kind {
                 self.last.retain(|(other, _)| *other != place);
                 // It is what it was before.
@@ -321,6 +333,9 @@ impl RuleProblems {
             if *ends == Ends::Former && Some(Quantity::Count(sign.length)) != one.get("before") {
                 return true;
             }
+            if *ends == Ends::SyncLength && !is_due(one, sign.length) {
+                return true;
+            }
             if *ends != sign.ends || !of_node || !after || of_one && !of_pdo {
                 return true;
             }
@@ -336,7 +351,7 @@ impl RuleProblems {
                 Ends::Written => Saying::WrittenAgain,
                 Ends::Sync => Saying::SyncAgain,
                 Ends::Pdo => Saying::PdoAgain,
-                Ends::Length | Ends::Former => Saying::LengthFits,
+                Ends::Length | Ends::Former | Ends::SyncLength => Saying::LengthFits,
                 _ => Saying::Recovered,
             };
             one.step(at, StepRole::Recovery, said, None);
@@ -347,7 +362,8 @@ impl RuleProblems {
 
     /// Ends problems at the end of the capture, except those that go on.
     pub(in crate::problems) fn finish(&mut self, end: FrameRef, scene: &mut Scene<'_>) {
-        stopped_together(scene);
+        together(KindRole::NoGuarding, |_| MASTER_NS, scene);
+        together(KindRole::Guarding, |one| one.ns("age").unwrap_or(0), scene);
         for (place, last) in self.last.drain(..) {
             let Some(one) = scene.ledger.get_mut(place).filter(|one| !one.clue.lasts) else { continue };
             let mean = last.since(one.begin).map(|all| all / one.repeats.count.max(2) as i64);
@@ -384,23 +400,31 @@ impl RuleProblems {
     }
 }
 
-/// Makes one problem of a master that stops guarding several nodes.
-fn stopped_together(scene: &mut Scene<'_>) {
-    let of_bus = |place: &LedgerPlace, scene: &Scene<'_>| {
-        let one = scene.ledger.get(*place).filter(|one| one.kind.is(KindRole::NoGuarding) && !one.merged);
-        one.filter(|one| one.bus == scene.id).map(|one| (one.begin, one.end.is_none()))
-    };
-    let mut first: Option<(LedgerPlace, FrameRef, bool)> = None;
+/// Makes one problem of several nodes that began, and ended or did not, within a time of each other: a master that
+/// stops guarding them, or a segment that does not answer it.
+fn together(role: KindRole, within: fn(&Problem) -> i64, scene: &mut Scene<'_>) {
+    let mut first: Option<(LedgerPlace, FrameRef, Option<FrameRef>)> = None;
     for place in 0..scene.ledger.all.len() {
-        let Some((begin, open)) = of_bus(&place, scene) else { continue };
+        let of_role = |one: &&Problem| one.kind.is(role) && !one.merged && one.bus == scene.id;
+        let Some(one) = scene.ledger.get(place).filter(of_role) else { continue };
+        let near = |at: FrameRef, other: FrameRef| at.since(other).is_some_and(|ns| ns.saturating_abs() <= within(one));
+        let ends = |other: Option<FrameRef>| match (one.end, other) {
+            (Some(end), Some(other)) => near(end, other),
+            (end, other) => end.is_none() && other.is_none(),
+        };
         match first {
-            Some((into, since, same))
-                if same == open && begin.since(since).is_some_and(|ns| ns.saturating_abs() <= MASTER_NS) =>
-            {
-                scene.ledger.merge(place, into);
-            }
-            _ => first = Some((place, begin, open)),
+            Some((into, begin, end)) if near(one.begin, begin) && ends(end) => scene.ledger.merge(place, into),
+            _ => first = Some((place, one.begin, one.end)),
         }
+    }
+}
+
+/// Returns true if a SYNC has the length that is due in the problem: with a counter or without, as 1019h or those before.
+fn is_due(one: &Problem, length: u64) -> bool {
+    match (one.get("overflow"), one.get("expected")) {
+        (Some(Quantity::Count(overflow)), _) => length == u64::from(overflow != 0),
+        (None, Some(Quantity::Count(expected))) => length == expected,
+        _ => length <= 1,
     }
 }
 
@@ -442,6 +466,21 @@ fn times(finding: &Finding, least: u64) -> u64 {
         Code::Syn003 if measured.get("gap").is_none() => least,
         Code::Syn003 => 1,
         _ => counted.unwrap_or(1).max(1),
+    }
+}
+
+/// Returns true if a frame that was due never came before the one that a finding is about.
+fn lacks(finding: &Finding) -> bool {
+    let Some(measured) = finding.measured() else { return false };
+    let ns = |name: &str| match measured.get(name) {
+        Some(Quantity::Ns(ns)) => Some(ns),
+        _ => None,
+    };
+    match finding.code {
+        Code::Syn003 => matches!(measured.get("missing"), Some(Quantity::Count(1..))),
+        Code::Hbt001 => ns("found").zip(ns("expected")).is_some_and(|(found, period)| found >= 2 * period - period / 4),
+        Code::Pdo005 => ns("found").zip(ns("limit")).is_some_and(|(found, limit)| found / 2 >= limit),
+        _ => false,
     }
 }
 

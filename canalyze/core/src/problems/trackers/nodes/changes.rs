@@ -45,10 +45,11 @@ impl NodeProblems {
             }
             return one.found(finding);
         }
+        let back = self.returned.get(&node) == Some(&at.no);
         let silent = scene.ledger.last(scene.id, |one| {
-            one.subject.concerns(node)
-                && one.end.is_some_and(|end| end.no == at.no)
-                && one.kind == ProblemKind::NodeSilent
+            let ended = one.kind == ProblemKind::NodeSilent && one.end.is_some_and(|end| end.no == at.no);
+            let loops = matches!(one.kind, ProblemKind::NodeRestarted | ProblemKind::RestartLoop);
+            one.subject.concerns(node) && (ended || back && loops)
         });
         if let Some(one) = silent.and_then(|place| scene.ledger.get_mut(place)) {
             if one.repeats.count >= LOOP {

@@ -7,6 +7,7 @@ use crate::problems::kinds::ProblemKind;
 use crate::problems::problem::{StepRole, Subject, bit, members};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
+use crate::problems::trackers::AGAIN_NS;
 use crate::problems::trackers::commanded::Commanded;
 use crate::rules::finding::{Code, Finding, Quantity};
 
@@ -129,6 +130,17 @@ impl NodeProblems {
             if let Some(Quantity::Command(command)) = finding.measured().and_then(|all| all.get("command")) {
                 one.step(begin, StepRole::Attempt, Saying::Commanded { command }, Some(finding));
             }
+            return;
+        }
+        let again = scene.ledger.last(scene.id, |one| {
+            one.kind == kind && one.subject.node == Some(node) && one.ended_within(begin, AGAIN_NS)
+        });
+        if let Some(place) = again
+            && let Some(one) = scene.ledger.get_mut(place)
+        {
+            one.again(begin);
+            one.found(finding);
+            self.owing.insert(node, place);
             return;
         }
         let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), begin, finding.at) else { return };

@@ -62,9 +62,27 @@ impl NodeProblems {
         let goes_on = period.is_some_and(|period| beyond > period.saturating_add(period / 2) && rest < beyond);
         let kind = if goes_on { ProblemKind::HeartbeatStopped } else { ProblemKind::NodeSilent };
         let begin = if goes_on { heartbeat } else { begin };
+        // A silence that ended after the last heartbeat is the same outage.
+        let outage = scene.ledger.last(scene.id, |one| {
+            let after = one.end.is_some_and(|end| end.no > heartbeat.no);
+            one.kind == ProblemKind::NodeSilent && one.subject.node == Some(node) && after
+        });
+        if let Some(one) = outage.filter(|_| goes_on).and_then(|place| scene.ledger.get_mut(place)) {
+            return one.found(finding);
+        }
         let place = self.again(kind, node, begin, scene).or_else(|| self.join(node, kind, begin, period, scene));
         let place = place.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, finding.at));
         let Some(place) = place else { return };
+        // The late heartbeats before it are its beginning.
+        let late = scene.ledger.last(scene.id, |one| {
+            one.kind == ProblemKind::HeartbeatIrregular
+                && one.subject.node == Some(node)
+                && one.has("found")
+                && one.began_within(begin, AGAIN_NS)
+        });
+        if let Some(late) = late {
+            scene.ledger.merge(late, place);
+        }
         let (sync_clue, clue_limit) = (scene.heard.sync_period_ns.map(|period| (sync, period)), finding.measured());
         let at_sync = producer && has_stopped(sync, finding.at, scene);
         if let Some(one) = scene.ledger.get_mut(place) {
@@ -205,7 +223,8 @@ impl NodeProblems {
     fn again(&mut self, kind: ProblemKind, node: u8, begin: FrameRef, scene: &mut Scene<'_>) -> Option<LedgerPlace> {
         let same = |one: &Problem| {
             // A node that restarts again and again is silent meanwhile.
-            let loops = kind == ProblemKind::NodeSilent && one.kind == ProblemKind::RestartLoop;
+            let again = one.kind == ProblemKind::NodeRestarted && one.repeats.count > 1;
+            let loops = kind == ProblemKind::NodeSilent && (again || one.kind == ProblemKind::RestartLoop);
             (one.kind == kind || loops) && one.subject.node == Some(node)
         };
         let place = scene.ledger.last(scene.id, same)?;
