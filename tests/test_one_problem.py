@@ -318,3 +318,15 @@ def test_a_late_heartbeat_behind_a_restart_belongs_to_it() -> None:
         net.send(0x700 + NODE, b"\x05", after=at)
     net.send(0x700 + NODE, b"\x00", after=4.0)
     assert roots(net.frames()) == ["node-restarted"]
+
+
+@pytest.mark.parametrize(("identifier", "expected"), [(0x010, ["node-floods"]), (0x7E0, [])])
+def test_an_identifier_that_was_never_seen_fills_the_bus(identifier: int, expected: list[str]) -> None:
+    """All other nodes are silent meanwhile and are back; or they go on beside one of lower priority."""
+    net = beats(started(NODE, *OTHERS), dict.fromkeys((NODE, *OTHERS), 6.0)).wait(6)
+    for _ in range(3000):
+        net.send(identifier, bytes(8)).wait(0.001)
+    if not expected:
+        net.now -= 3
+    net = beats(net, dict.fromkeys((NODE, *OTHERS), 6.0))
+    assert roots(net.frames()) == expected

@@ -200,7 +200,8 @@ fn loss(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let late = within.end().saturating_add(limit.saturating_add(PROMPT_NS));
     let grade = if within.contains(&delay) || cause.kind.is(KindRole::Commanded) || booted && delay <= *within.end() {
         Grade::Certain
-    } else if delay <= late {
+    } else if delay <= late || pair.same_node {
+        // A node that could not be heard itself reports late.
         Grade::Likely
     } else {
         Grade::Possible

@@ -171,6 +171,7 @@ pub fn of(one: &Problem, began_ns: Option<i64>) -> Option<Measured> {
         },
         ProblemKind::Flood => match (get("id"), ns("gap"), ns("period")) {
             (Some(Quantity::Id(id)), Some(gap), Some(period)) => Saying::FloodOf { id, gap, period, at }.into(),
+            (Some(Quantity::Id(id)), Some(gap), None) => Saying::FloodNew { id, gap, at }.into(),
             _ => Saying::Since { at }.into(),
         },
         ProblemKind::PdoMissing | ProblemKind::PdoLength => match (one.kind, one.subject.pdo) {

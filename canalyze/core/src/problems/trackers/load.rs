@@ -30,6 +30,10 @@ const TIMES: i64 = 5;
 const RUN: u32 = 50;
 const RUN_NS: i64 = 200_000_000;
 const RUN_GAP_NS: i64 = 10_000_000;
+/// Number of frames of a new identifier from which it may flood the bus, and number of frames of others that were due since
+/// then at their rate before, of which less than a quarter came.
+const NEW: u32 = 128;
+const DUE: i64 = 8;
 /// Time without a frame after which a flood is over, in ns.
 const DRY_NS: i64 = 500_000_000;
 /// Maximum time from a write or command to traffic that it caused, in ns, which is no flood.
@@ -52,9 +56,28 @@ struct Stream {
     since: FrameRef,
     /// Number of frames of the bus before it.
     before: u64,
+    /// The first frame, the number of frames of the bus up to it, and the number of its frames.
+    first: FrameRef,
+    ahead: u64,
+    count: u32,
+    /// True if it has flooded the bus since its first frame.
+    new: bool,
     flood: Option<LedgerPlace>,
     /// Mean gap before a repeated start in ns, its frame, and the number of frames since.
     started: Option<(i64, FrameRef, u32)>,
+}
+
+impl Stream {
+    /// Returns true if no other frames have come since its first one, although they were due. `frames`: number of frames
+    /// of the bus so far, which `began` with one.
+    fn silences(&self, at: FrameRef, frames: u64, began: FrameRef) -> bool {
+        let (Some(before), Some(lasts)) = (self.first.since(began), at.since(self.first)) else { return false };
+        let ahead = i64::try_from(self.ahead).unwrap_or(i64::MAX);
+        let due = ahead.saturating_mul(lasts / 1_000) / (before / 1_000).max(1);
+        let others = (frames - self.ahead).saturating_sub(u64::from(self.count));
+        let dense = lasts / i64::from(self.count.max(1)) <= RUN_GAP_NS;
+        dense && before >= lasts && due >= DUE && others.saturating_mul(4) < due.unsigned_abs()
+    }
 }
 
 /// The contents of a window.
@@ -76,8 +99,9 @@ pub(in crate::problems) struct LoadProblem {
     streams: Vec<Stream>,
     /// Number of floods so far.
     flooded: u32,
-    /// Number of frames so far.
+    /// Number of frames so far, and the first one.
     frames: u64,
+    began: Option<FrameRef>,
     last_ns: Option<i64>,
     /// Number of frames that came too soon for the rate below, by [`RATES`].
     faster: [u64; RATES.len()],
@@ -147,10 +171,28 @@ impl LoadProblem {
         if self.streams.is_empty() {
             self.streams.resize(IDENTIFIERS, Stream::default());
         }
-        let frames = self.frames;
+        let (frames, began) = (self.frames, *self.began.get_or_insert(at));
         let Some(one) = self.streams.get_mut(identifier) else { return };
         let last = std::mem::replace(&mut one.last, at);
+        if last.no == 0 {
+            (one.first, one.ahead) = (at, frames);
+        }
         let Some(gap) = at.since(last).filter(|gap| last.no > 0 && *gap >= 0) else { return };
+        if one.new && gap <= RUN_GAP_NS {
+            return;
+        }
+        one.new = false;
+        one.count = one.count.saturating_add(1);
+        if one.count >= NEW && one.count.is_power_of_two() && one.flood.is_none() && one.silences(at, frames, began) {
+            one.new = true;
+            self.flooded += 1;
+            one.flood = scene.ledger.open(ProblemKind::Flood, scene.id, Subject::of(node), one.first, at);
+            if let Some(flood) = one.flood.and_then(|place| scene.ledger.get_mut(place)) {
+                flood.fact("id", Quantity::Id(CanId::standard(identifier as u16)));
+                flood.fact("gap", Quantity::Ns(at.since(one.first).unwrap_or(0) / i64::from(one.count)));
+            }
+            return;
+        }
         if let Some((before, since, count)) = one.started {
             let since = if count == 0 { at } else { since };
             one.started = Some((before, since, count + 1)).filter(|_| count + 1 < AFTER_START);
