@@ -30,9 +30,10 @@ const BUDGETS: &[(&str, usize)] = &[
     // The transfers of CANopen FD.
     ("usdo", 1_030),
     ("views", 7_720),
-    ("wire", 2_720),
+    // With the relation of a mapped object to its profile.
+    ("wire", 2_770),
     // With the reasons why tables are refused.
-    ("words", 3_740),
+    ("words", 3_710),
     ("world", 3_110),
 ];
 

@@ -16,7 +16,6 @@ use std::io::Write;
 use crate::sdo::wire::Mux;
 use crate::wire::pdo::mapping::{Mapped, Mapping, Number, Written, number};
 use crate::words::digits::{Hex, hex, put};
-use crate::words::profiles::Profile;
 use crate::words::{Lang, escape, say, terms, value as bytes};
 use crate::world::drive::{self, DriveObject, DriveState};
 use crate::world::od::{self, DataType};
@@ -90,7 +89,7 @@ fn write(mapped: &Mapped, lang: Lang) -> Written {
     name(&mut found.name, lang, mapped);
     found.own = found.name.len();
     escape::terminal(&mut found.unit, mapped.unit.as_deref().unwrap_or("").as_bytes());
-    if is_drives(mapped) && DriveObject::at(mapped.index).is_some() {
+    if mapped.is_drives() && DriveObject::at(mapped.index).is_some() {
         found.words = od::first_axis(mapped.index);
     }
     found.bit_field = is_bit_field(mapped);
@@ -156,7 +155,7 @@ pub fn is_quantity(mapped: &Mapped) -> bool {
     if mapped.bits > 64 || number(mapped.data_type, 0, mapped.bits) == Number::Bytes {
         return false;
     }
-    let choice = is_drives(mapped) && DriveObject::at(mapped.index).is_some();
+    let choice = mapped.is_drives() && DriveObject::at(mapped.index).is_some();
     !choice && !is_bit_field(mapped) && mapped.bits > 1 && mapped.data_type != Some(DataType::Boolean)
 }
 
@@ -271,58 +270,16 @@ pub fn annotation(out: &mut Vec<u8>, lang: Lang, index: u16, raw: u64) {
     }
 }
 
-/// Returns true if an entry is an object of CiA 402, as described at the head of this file.
-pub fn is_drives(mapped: &Mapped) -> bool {
-    mapped.profile.may_be_drive() && is_of_profile(mapped)
-}
-
-/// Returns true if an entry is the object that the device's profile has at its index: it has the same size, and no
-/// other name if the profile of the device is unknown.
-pub fn is_of_profile(mapped: &Mapped) -> bool {
-    let (index, sub) = (mapped.index, mapped.sub);
-    if index < 0x6000 {
-        return false;
-    }
-    let standard = mapped.profile.data_type(index, sub);
-    let Some(size) = standard.and_then(DataType::size) else { return false };
-    if mapped.data_type.and_then(DataType::size) != Some(size) {
-        return false;
-    }
-    // A truth value is one bit of a PDO.
-    let bits = usize::from(mapped.bits);
-    if bits != 8 * size && !(bits == 1 && standard == Some(DataType::Boolean)) {
-        return false;
-    }
-    mapped.profile != Profile::UNKNOWN || is_called_so(mapped)
-}
-
-/// Returns true if the description, if there is one, gives an entry the profile's name.
-fn is_called_so(mapped: &Mapped) -> bool {
-    let standard = mapped.profile.name(mapped.index, mapped.sub);
-    match mapped.name.as_deref() {
-        None | Some("") => true,
-        Some(given) => standard.is_some_and(|(_, standard)| same(given, standard)),
-    }
-}
-
 /// Returns the standard's name, if the object is certainly the standard's.
 fn standard_name(lang: Lang, mapped: &Mapped) -> Option<&'static str> {
     let given = mapped.name.as_deref().is_some_and(|given| !given.is_empty());
     let certain = match mapped.index {
         0x1000..=0x1FFF => true,
         // Names of a description are kept; only those of a drive's objects are well known and translated.
-        _ if given => is_drives(mapped) && is_called_so(mapped),
-        _ => is_of_profile(mapped),
+        _ if given => mapped.is_drives() && mapped.is_called_so(),
+        _ => mapped.is_of_profile(),
     };
     certain.then(|| terms::object_name(lang, mapped.profile, mapped.index, mapped.sub)).flatten()
-}
-
-/// Returns true if two names are equal except for case, blanks and signs: `Position_Actual_Value`.
-fn same(given: &str, standard: &str) -> bool {
-    fn letters(name: &str) -> impl Iterator<Item = char> {
-        name.chars().filter(|c| c.is_alphanumeric()).map(|c| c.to_ascii_lowercase())
-    }
-    letters(given).eq(letters(standard))
 }
 
 /// Returns true if the value is read as bits: the standard's bit fields, and a drive's digital inputs and outputs.
@@ -331,7 +288,7 @@ fn is_bit_field(mapped: &Mapped) -> bool {
         return od::is_bit_field(mapped.index, mapped.sub);
     }
     let digital = mapped.profile.may_be_drive() && matches!(od::first_axis(mapped.index), 0x60FD | 0x60FE);
-    is_of_profile(mapped) && (digital || mapped.profile.is_bit_field(mapped.index, mapped.sub))
+    mapped.is_of_profile() && (digital || mapped.profile.is_bit_field(mapped.index, mapped.sub))
 }
 
 /// Appends strings, DOMAINs and dates in the form of SDO's values.

@@ -119,7 +119,7 @@ pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: &Described,
     }
     // Some objects of a drive have words of their own.
     let own = described.object.as_deref();
-    let drives = own.map_or(profile.may_be_drive(), |object| signal::is_drives(&as_mapped(object, profile)));
+    let drives = own.map_or(profile.may_be_drive(), |object| as_mapped(object, profile).is_drives());
     if drives && drive::DriveObject::at(mux.index).is_some() && standard.and_then(DataType::size) == Some(bytes.len()) {
         let raw = bytes.iter().rev().fold(0, |raw, byte| raw << 8 | u64::from(*byte));
         put!(out; " ");

@@ -180,7 +180,7 @@ impl Collector for Objects {
         signal::name(&mut name, Lang::En, &mapped);
         let number = usize::from(mapped.bits) == 8 * bytes.len() && (1..=8).contains(&bytes.len());
         let raw = if number { extract(bytes, 0, 8 * bytes.len()) } else { None };
-        if let Some(raw) = raw.filter(|_| signal::is_drives(&mapped) && drive::DriveObject::at(mux.index).is_some()) {
+        if let Some(raw) = raw.filter(|_| mapped.is_drives() && drive::DriveObject::at(mux.index).is_some()) {
             signal::annotation(&mut words, Lang::En, od::first_axis(mux.index), raw);
         }
         let words = lossy(&words);

@@ -304,7 +304,7 @@ fn metadata(mapped: &Mapped, object: &str) -> HashMap<String, String> {
         ("offset", mapped.offset.to_string()),
         ("quantity", signal::is_quantity(mapped).to_string()),
     ];
-    let kind = mapped.profile.kind(mapped.index).filter(|_| signal::is_of_profile(mapped));
+    let kind = mapped.profile.kind(mapped.index).filter(|_| mapped.is_of_profile());
     all.extend(kind.map(|kind| ("kind", kind.to_owned())));
     all.extend(mapped.unit.as_deref().map(|unit| ("unit", unit.to_owned())));
     all.extend(mapped.data_type.map(|one| ("type", DataType::name(one).to_owned())));

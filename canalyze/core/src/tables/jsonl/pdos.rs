@@ -178,7 +178,7 @@ fn kind(mapped: &Mapped) -> &'static str {
 
 /// Returns the values of a mode of operation with their names.
 fn words(mapped: &Mapped) -> impl Iterator<Item = (i8, &'static str)> {
-    let object = drive::DriveObject::at(mapped.index).filter(|_| signal::is_drives(mapped));
+    let object = drive::DriveObject::at(mapped.index).filter(|_| mapped.is_drives());
     let modes =
         matches!(object, Some(drive::DriveObject::ModesOfOperation | drive::DriveObject::ModesOfOperationDisplay));
     (i8::MIN..=i8::MAX)

@@ -49,6 +49,39 @@ impl Mapped {
         self.data_type.and_then(DataType::size).is_some_and(|bytes| 8 * bytes == usize::from(self.bits))
     }
 
+    /// Returns true if it is an object of CiA 402: the device is a drive, or its profile is unknown.
+    pub fn is_drives(&self) -> bool {
+        self.profile.may_be_drive() && self.is_of_profile()
+    }
+
+    /// Returns true if it is the object that the device's profile has at its index: it has the same size, and no other
+    /// name if the profile of the device is unknown.
+    pub fn is_of_profile(&self) -> bool {
+        if self.index < 0x6000 {
+            return false;
+        }
+        let standard = self.profile.data_type(self.index, self.sub);
+        let Some(size) = standard.and_then(DataType::size) else { return false };
+        if self.data_type.and_then(DataType::size) != Some(size) {
+            return false;
+        }
+        // A truth value is one bit of a PDO.
+        let bits = usize::from(self.bits);
+        if bits != 8 * size && !(bits == 1 && standard == Some(DataType::Boolean)) {
+            return false;
+        }
+        self.profile != Profile::UNKNOWN || self.is_called_so()
+    }
+
+    /// Returns true if the description, if there is one, gives it the profile's name.
+    pub fn is_called_so(&self) -> bool {
+        let standard = self.profile.name(self.index, self.sub);
+        match self.name.as_deref() {
+            None | Some("") => true,
+            Some(given) => standard.is_some_and(|(_, standard)| same(given, standard)),
+        }
+    }
+
     /// Returns the entry as in the mapping parameter, for example `60410010h`.
     pub fn word(&self) -> u32 {
         u32::from(self.index) << 16 | u32::from(self.sub) << 8 | u32::from(self.bits)
@@ -136,6 +169,14 @@ impl Mapping {
         let start = usize::from(entry.offset / 8);
         payload.get(start..start + usize::from(entry.bits / 8))
     }
+}
+
+/// Returns true if two names are equal except for case, blanks and signs: `Position_Actual_Value`.
+fn same(given: &str, standard: &str) -> bool {
+    fn letters(name: &str) -> impl Iterator<Item = char> {
+        name.chars().filter(|c| c.is_alphanumeric()).map(|c| c.to_ascii_lowercase())
+    }
+    letters(given).eq(letters(standard))
 }
 
 /// Returns index, sub-index and length in bits of an entry of a mapping parameter.

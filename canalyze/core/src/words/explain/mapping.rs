@@ -72,7 +72,7 @@ fn entry(out: &mut Vec<u8>, lang: Lang, mapping: &Mapping, mapped: &Mapped, payl
             signal::signal(out, lang, mapped, raw);
             scale(out, mapped, raw);
             put!(out; "\n");
-            if signal::is_drives(mapped) {
+            if mapped.is_drives() {
                 words(out, lang, mapped, raw);
             }
             return;

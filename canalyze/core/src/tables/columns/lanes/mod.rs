@@ -41,7 +41,7 @@ use crate::wire::error_control::BOOT_UP;
 use crate::wire::nmt;
 use crate::words::lane::Word;
 use crate::words::profiles::Profile;
-use crate::words::{Lang, signal, value};
+use crate::words::{Lang, value};
 use crate::world::change::{Change, EmcyChange, LostBy};
 use crate::world::dictionary::Described;
 use crate::world::drive::{self, DriveObject};
@@ -208,7 +208,7 @@ impl Collector for Lanes {
             [low, high] if DriveObject::at(mux.index) == Some(DriveObject::Statusword) => {
                 let Described { object, profile, .. } = &transfer.described;
                 let is_drives = match object {
-                    Some(object) => signal::is_drives(&value::as_mapped(object, *profile)),
+                    Some(object) => value::as_mapped(object, *profile).is_drives(),
                     None => node.profile.may_be_drive(),
                 };
                 if is_drives {

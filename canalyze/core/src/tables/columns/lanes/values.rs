@@ -136,8 +136,8 @@ fn has_bits(mapped: &Mapped) -> bool {
         0x6000..=0x9FFF => {
             let drives = matches!(od::first_axis(mapped.index), 0x6040 | 0x6041 | 0x60FD | 0x60FE);
             match mapped.profile {
-                Profile::IO => signal::is_of_profile(mapped) && is_line(mapped.index),
-                _ => drives && signal::is_drives(mapped),
+                Profile::IO => mapped.is_of_profile() && is_line(mapped.index),
+                _ => drives && mapped.is_drives(),
             }
         }
         _ => false,
@@ -233,7 +233,7 @@ fn key(frame: &Frame, data: &ProcessData) -> Key {
 
 /// Returns true if an entry is a drive's statusword.
 fn is_statusword(mapped: &Mapped) -> bool {
-    mapped.sub == 0 && DriveObject::at(mapped.index) == Some(DriveObject::Statusword) && signal::is_drives(mapped)
+    mapped.sub == 0 && DriveObject::at(mapped.index) == Some(DriveObject::Statusword) && mapped.is_drives()
 }
 
 /// A PDO of a bus.
