@@ -4,12 +4,14 @@
 //! the effects of one service on another (a reset ends the node's transfers), and informs the checks. Only `learning`
 //! changes a COB-ID, a mapping or a time by the capture.
 
+mod drives;
 mod learning;
 mod unconfirmed;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use self::drives::{reported, reporting};
 use self::learning::{known, renewed};
 use crate::bytes::frame::{CanId, Frame, FrameRef, Kind};
 use crate::checks;
@@ -391,6 +393,7 @@ impl Bus {
 
     /// Takes a transfer that has ended, or seems to have.
     fn ended(&mut self, transfer: &Transfer, cx: &mut Context<'_>) {
+        self.uploaded(transfer, cx);
         self.learn(transfer, cx);
         self.checks.ended(transfer, &self.nodes, cx);
     }
@@ -416,6 +419,7 @@ impl Bus {
         let refuted = asked.map(|asked| (asked.cob.is_some(), asked.is_refuted_by(frame.len)));
         let sync = self.checks.sync.place(node, known, frame, cx.evidence.recording.lag_ns());
         let (content, fit) = self.checks.content(name, content, frame);
+        let reporting = reporting(transmit, &content);
         let consumed = (transmit && fit.is_by_own_mapping()).then(|| self.by_consumer(frame));
         let data = ProcessData { transmit, number, node, content, state: self.checks.nodes.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
@@ -423,6 +427,9 @@ impl Bus {
             return;
         }
         self.checks.due(frame, cx);
+        if let Some(reporting) = &reporting {
+            reported(&mut self.publisher, node, reporting, frame, cx);
+        }
         self.checks.process_data(name, known, fit, &self.nodes, frame, cx);
         if let Some(consumed) = consumed {
             self.checks.consumed(name, &consumed, &self.nodes, frame, cx);
@@ -611,6 +618,7 @@ impl Bus {
         self.lost(node, by, cx);
         self.booted.retain(|one| node.is_some_and(|node| node != *one));
         self.checks.reset(node, cx);
+        self.publisher.restart(node, cx.at);
         let mut changed = false;
         for (id, one) in self.nodes.iter_mut() {
             if node.is_none_or(|node| node == id) && one.configuration.reset() {
@@ -644,7 +652,7 @@ impl Bus {
             cx.evidence.recording.lost();
             cx.evidence.circumstances.note(circumstance::CircumstanceKind::Gap, None, cx.when);
             self.checks.lost(cx);
-            self.publisher.forget();
+            self.publisher.forget(cx.at);
             self.doubt(cx.at.no);
         }
         for channel in self.channels.values_mut() {

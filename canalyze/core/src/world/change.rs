@@ -9,7 +9,8 @@ use crate::wire::cob_id::Role;
 use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::wire::message::{Errors, Message};
 use crate::words::profiles::Profile;
-use crate::world::drive::DriveState;
+use crate::world::configuration::Provenance;
+use crate::world::drive::{self, DriveState};
 use crate::world::node::PerNode;
 
 /// A change of a state.
@@ -51,14 +52,20 @@ pub enum Change {
     },
     /// A node reports an error, or that errors are gone.
     Error(EmcyChange),
-    /// A statusword shows another state of an axis of a drive.
+    /// A statusword shows the state of an axis of a drive, another one or the same ([`Change::is_news`]).
     Drive {
         /// The node.
         node: u8,
         /// The axis, from 0.
         axis: u8,
+        /// 6041h of the axis.
+        statusword: u16,
         /// `None` if CiA 402 does not define the statusword.
         state: Option<DriveState>,
+        /// The state that the statusword before it showed, also before a restart; `None` if unknown or undefined.
+        previous: Option<DriveState>,
+        /// The source of the statusword.
+        by: DriveEvidence,
     },
     /// A SYNC cycle has begun.
     SyncCycle {
@@ -67,6 +74,22 @@ pub enum Change {
         /// The counter of its SYNC.
         counter: Option<u8>,
     },
+}
+
+/// The source of a statusword.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DriveEvidence {
+    /// A TPDO, with the source of its mapping.
+    Pdo(Provenance),
+    /// An upload.
+    Sdo,
+}
+
+impl DriveEvidence {
+    /// Returns true for an upload, and for a PDO whose mapping is not in doubt.
+    pub fn is_sure(self) -> bool {
+        !matches!(self, Self::Pdo(from) if from.is_doubted())
+    }
 }
 
 /// The sign that a node is lost.
@@ -111,9 +134,13 @@ impl Change {
         }
     }
 
-    /// Returns true unless a node reports the state that it is known to be in.
+    /// Returns true unless a node or an axis reports the state that it is known to be in.
     pub fn is_news(&self) -> bool {
-        !matches!(*self, Self::State { state, previous: Some(before), returns: false, .. } if state == before)
+        match *self {
+            Self::State { state, previous: Some(before), returns: false, .. } => state != before,
+            Self::Drive { state, previous, .. } => state != previous,
+            _ => true,
+        }
     }
 
     /// Returns true if a node reports another state than the one that it reported before, boot-ups apart: such a report
@@ -146,6 +173,18 @@ struct LastPublished {
     state: Option<u8>,
     /// It is lost.
     lost: bool,
+    axes: [LastStatusword; drive::AXES as usize],
+}
+
+/// The last statusword of an axis.
+#[derive(Clone, Copy, Debug, Default)]
+struct LastStatusword {
+    /// The state that it showed; `None` once the node has restarted.
+    state: Option<DriveState>,
+    /// The same, also after a restart.
+    before: Option<DriveState>,
+    /// The number of its frame.
+    no: u64,
 }
 
 /// The states that were published last.
@@ -161,7 +200,8 @@ impl Publisher {
     pub fn message(&mut self, message: &Message, reported: Option<u8>, cycle: u64) -> Option<Change> {
         match *message {
             Message::BootUp { node } => {
-                *self.nodes.entry(node) = LastPublished { state: Some(BOOT_UP), lost: false };
+                let last = self.nodes.entry(node);
+                (last.state, last.lost) = (Some(BOOT_UP), false);
                 Some(Change::BootUp { node })
             }
             Message::Heartbeat { node, state, guarding, .. } => {
@@ -189,6 +229,35 @@ impl Publisher {
         }
     }
 
+    /// Returns the change that a statusword shows, the object at `index`; `None` if a later one is known.
+    pub fn statusword(
+        &mut self,
+        node: u8,
+        index: u16,
+        statusword: u16,
+        at: FrameRef,
+        by: DriveEvidence,
+    ) -> Option<Change> {
+        let axis = drive::axis(index)?;
+        let last = self.nodes.entry(node).axes.get_mut(usize::from(axis)).filter(|last| at.no >= last.no)?;
+        let state = DriveState::of(statusword);
+        let previous = std::mem::replace(&mut last.before, state);
+        (last.state, last.no) = (state, at.no);
+        Some(Change::Drive { node, axis, statusword, state, previous, by })
+    }
+
+    /// Returns the state of an axis since the node has started and frames were lost.
+    pub fn axis_state(&self, node: u8, axis: u8) -> Option<DriveState> {
+        self.nodes.get(node)?.axes.get(usize::from(axis))?.state
+    }
+
+    /// Forgets the states of the axes of a node, or of all, which restart at a frame.
+    pub fn restart(&mut self, node: Option<u8>, at: FrameRef) {
+        for (_, last) in self.nodes.iter_mut().filter(|(id, _)| node.is_none_or(|node| node == *id)) {
+            last.axes.iter_mut().for_each(|axis| (axis.state, axis.no) = (None, at.no));
+        }
+    }
+
     fn report(&mut self, node: u8, state: u8, guarding: bool) -> Change {
         let last = self.nodes.entry(node);
         let (previous, returns) = (last.state.replace(state), std::mem::take(&mut last.lost));
@@ -205,8 +274,9 @@ impl Publisher {
         }
     }
 
-    /// Forgets the states after lost frames.
-    pub fn forget(&mut self) {
+    /// Forgets the states after lost frames behind this one.
+    pub fn forget(&mut self, at: FrameRef) {
         self.nodes.iter_mut().for_each(|(_, last)| *last = LastPublished::default());
+        self.restart(None, at);
     }
 }

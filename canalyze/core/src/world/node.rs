@@ -420,7 +420,8 @@ impl Node {
         Mapping::new(vec![object], 16 * u16::from(MULTIPLEXED))
     }
 
-    fn mapped(&self, index: u16, sub: u8, bits: u8, offset: u16) -> Mapped {
+    /// Returns an object of the node as an entry of a mapping.
+    pub fn mapped(&self, index: u16, sub: u8, bits: u8, offset: u16) -> Mapped {
         // Indices below 0020h are data types: bits that are skipped.
         let dummy = index < 0x20;
         let object = self.configuration.object(index, sub).filter(|_| !dummy);

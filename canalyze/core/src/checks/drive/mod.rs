@@ -23,10 +23,8 @@ use crate::sdo::wire::Mux;
 use crate::wire::error_control::OPERATIONAL;
 use crate::wire::pdo::mapping::extract;
 use crate::words::profiles::Profile;
-use crate::world::change::Change;
 use crate::world::context::Context;
 use crate::world::drive::{self, DriveCommand, DriveObject, DriveState, Reach};
-use crate::world::event::What;
 use crate::world::node::{Node, PerNode};
 
 /// Time for a command that removes power, and for a change of mode, in ns.
@@ -365,11 +363,7 @@ impl Drive {
     fn reported(&mut self, place: AxisPlace<'_>, word: u16, emcy_due: &mut EmcyDue, cx: &mut Context<'_>) {
         let (emcy, mut fault) = (self.emcy, self.fault);
         let Some(axis) = self.axis(place.axis) else { return };
-        let (state, node) = (DriveState::of(word), place.node.id());
-        if axis.sample.map(|sample| sample.state) != state {
-            cx.push(None, Some(node), What::Change(Change::Drive { node, axis: place.axis, state }));
-        }
-        let Some(state) = state else {
+        let Some(state) = DriveState::of(word) else {
             axis.likeness.strange = true;
             (axis.sample, axis.found, axis.jump, axis.order) = (None, None, None, None);
             return;

@@ -13,7 +13,7 @@
 use std::sync::{Arc, OnceLock};
 
 use crate::words::profiles::Profile;
-use crate::world::od::DataType;
+use crate::world::od::{DataType, first_axis};
 
 /// End of the data type indices, which are dummy entries (CiA 301, 7.4.3, 7.4.7).
 const DUMMIES_END: u16 = 0x20;
@@ -52,6 +52,11 @@ impl Mapped {
     /// Returns true if it is an object of CiA 402: the device is a drive, or its profile is unknown.
     pub fn is_drives(&self) -> bool {
         self.profile.may_be_drive() && self.is_of_profile()
+    }
+
+    /// Returns true if it is the statusword of an axis of a drive.
+    pub fn is_statusword(&self) -> bool {
+        self.sub == 0 && self.index >= 0x6000 && first_axis(self.index) == 0x6041 && self.is_drives()
     }
 
     /// Returns true if it is the object that the device's profile has at its index: it has the same size, and no other
@@ -95,6 +100,8 @@ pub struct Mapping {
     pub entries: Vec<Mapped>,
     /// Length of all entries, in bits.
     pub bits: u16,
+    /// The places of the entries that are statuswords of drives (6041h of any axis).
+    pub statuswords: Vec<u8>,
     /// The constant text of each entry by language, created by `text` on first use, since these names and units are in
     /// nine tenths of all lines.
     pub written: [OnceLock<Vec<Written>>; 2],
@@ -120,7 +127,9 @@ pub struct Written {
 impl Mapping {
     /// Creates a mapping of `bits` bits from its entries.
     pub fn new(entries: Vec<Mapped>, bits: u16) -> Self {
-        Self { entries, bits, written: Default::default() }
+        let places = (0..).zip(&entries);
+        let statuswords = places.filter_map(|(place, one)| one.is_statusword().then_some(place)).collect();
+        Self { entries, bits, statuswords, written: Default::default() }
     }
 
     /// Creates a mapping from sub-indices 1 to n, with the standards' types and without names and units.
