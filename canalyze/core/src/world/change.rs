@@ -62,8 +62,8 @@ pub enum Change {
         statusword: u16,
         /// `None` if CiA 402 does not define the statusword.
         state: Option<DriveState>,
-        /// The state that the statusword before it showed, also before a restart; `None` if unknown or undefined.
-        previous: Option<DriveState>,
+        /// The statusword before it, also before a restart; `None` if unknown.
+        previous: Option<u16>,
         /// The source of the statusword.
         by: DriveEvidence,
     },
@@ -138,7 +138,7 @@ impl Change {
     pub fn is_news(&self) -> bool {
         match *self {
             Self::State { state, previous: Some(before), returns: false, .. } => state != before,
-            Self::Drive { state, previous, .. } => state != previous,
+            Self::Drive { state, previous, .. } => previous.map(DriveState::of) != Some(state),
             _ => true,
         }
     }
@@ -181,8 +181,8 @@ struct LastPublished {
 struct LastStatusword {
     /// The state that it showed; `None` once the node has restarted.
     state: Option<DriveState>,
-    /// The same, also after a restart.
-    before: Option<DriveState>,
+    /// The statusword itself, also after a restart.
+    word: Option<u16>,
     /// The number of its frame.
     no: u64,
 }
@@ -241,7 +241,7 @@ impl Publisher {
         let axis = drive::axis(index)?;
         let last = self.nodes.entry(node).axes.get_mut(usize::from(axis)).filter(|last| at.no >= last.no)?;
         let state = DriveState::of(statusword);
-        let previous = std::mem::replace(&mut last.before, state);
+        let previous = last.word.replace(statusword);
         (last.state, last.no) = (state, at.no);
         Some(Change::Drive { node, axis, statusword, state, previous, by })
     }

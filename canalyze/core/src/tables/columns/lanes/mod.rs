@@ -32,19 +32,17 @@ use super::column::{Batch, Table};
 use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::{BusId, Frame};
 use crate::rules::finding::{Code, Finding};
-use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::sdo::transfer::Transfer;
 use crate::sdo::wire::Side;
 use crate::tables::selection::Selection;
 use crate::tables::setting::Setting;
 use crate::tables::table::{Moment, U64, Word as Choice, table};
 use crate::wire::error_control::BOOT_UP;
 use crate::wire::nmt;
+use crate::words::Lang;
 use crate::words::lane::Word;
-use crate::words::profiles::Profile;
-use crate::words::{Lang, value};
-use crate::world::change::{Change, EmcyChange, LostBy};
-use crate::world::dictionary::Described;
-use crate::world::drive::{self, DriveObject};
+use crate::world::change::{Change, DriveEvidence, EmcyChange, LostBy};
+use crate::world::drive;
 use crate::world::event::{Event, Note, ProcessData, What};
 
 /// A change of a lane.
@@ -145,6 +143,10 @@ impl Collector for Lanes {
         for event in events {
             match &event.what {
                 What::Pdo(data) => self.process_data(done, place, data),
+                What::Change(Change::Drive { .. }) => {
+                    let at = if event.at.no == frame.no { at } else { At::of(event.at, event.bus, scene.cycles) };
+                    self.drive(done, event, at, scene.shown);
+                }
                 What::Change(change) => self.change(done, place, change),
                 What::Sdo(step) => {
                     let node = event.node.unwrap_or(0);
@@ -160,6 +162,7 @@ impl Collector for Lanes {
     fn asides(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, events: &[Event]) {
         for event in events {
             self.lost(done, event, scene.cycles.at(event.bus, event.at.no));
+            self.drive(done, event, At::of(event.at, event.bus, scene.cycles), true);
         }
     }
 
@@ -185,7 +188,7 @@ impl Collector for Lanes {
             node.lose(&mut pen, prefix, NodeState::Unknown(Word::Gap), None, *last);
             node.end_drives(&mut pen, prefix, false, *last);
             node.forget_errors(&mut pen, prefix, *last);
-            node.forget(*last);
+            node.forget();
         }
         *fresh = 0;
         self.values.end(&mut pen, id, None, *last);
@@ -195,30 +198,7 @@ impl Collector for Lanes {
         let cycles = scene.cycles;
         self.know(scene.setting, transfer.bus);
         let Some(bus) = self.buses.get_mut(usize::from(transfer.bus.0)) else { return };
-        let mut pen = self.sheet.pen(done);
-        self.channels.take(&mut pen, &bus.prefix, cycles, transfer);
-        let whole = transfer.outcome.status == Status::Ok && !transfer.outcome.bad && !transfer.data.hole;
-        let upload = whole && transfer.direction == Direction::Upload;
-        let Some(mux) = transfer.mux.filter(|mux| upload && mux.sub == 0) else { return };
-        let node = bus.nodes.entry(transfer.node).or_insert_with(|| Node::new(transfer.node));
-        match *transfer.data.kept.as_slice() {
-            [low, high, _, _] if mux.index == 0x1000 => {
-                node.profile = Profile::of(u32::from(u16::from_le_bytes([low, high])));
-            }
-            [low, high] if DriveObject::at(mux.index) == Some(DriveObject::Statusword) => {
-                let Described { object, profile, .. } = &transfer.described;
-                let is_drives = match object {
-                    Some(object) => value::as_mapped(object, *profile).is_drives(),
-                    None => node.profile.may_be_drive(),
-                };
-                if is_drives {
-                    let axis = drive::axis(mux.index).unwrap_or(0);
-                    let at = At::of(transfer.last, transfer.bus, cycles);
-                    node.reports(&mut pen, &bus.prefix, (axis, false), u16::from_le_bytes([low, high]), at);
-                }
-            }
-            _ => {}
-        }
+        self.channels.take(&mut self.sheet.pen(done), &bus.prefix, cycles, transfer);
     }
 
     fn finish(&mut self, done: &mut Vec<Batch>, _: TableContext<'_>) {
@@ -276,32 +256,32 @@ impl Lanes {
             bus.sends(&mut pen, place, data.node);
         }
         let Bus { prefix, nodes, .. } = bus;
-        let same = if place.shown { self.values.same(place.frame, data) } else { None };
-        let carrier = match same {
-            Some(same) => same,
-            None => {
-                let at = place.frame.reference();
-                if data.transmit && nodes.get(&data.node).is_some_and(|node| node.will_obey(at)) {
-                    if place.shown {
-                        self.values.late(&mut pen, place.frame, data, place.at);
-                    }
-                    return;
-                }
-                let pdo = (place.frame, place.at, place.shown);
-                if self.values.change(&mut pen, prefix, pdo, data)
-                    && let Some(node) = nodes.get_mut(&data.node)
-                {
-                    node.end_drives(&mut pen, prefix, true, place.at);
-                }
-                let Some(changed) = self.values.statuswords(place.frame, data) else { return };
-                changed
+        if place.shown && self.values.is_same(place.frame, data) {
+            return;
+        }
+        let at = place.frame.reference();
+        if data.transmit && nodes.get(&data.node).is_some_and(|node| node.will_obey(at)) {
+            if place.shown {
+                self.values.late(&mut pen, place.frame, data, place.at);
             }
-        };
-        for (axis, word) in carrier.statuswords(place.frame) {
-            let node = nodes.entry(data.node).or_insert_with(|| Node::new(data.node));
-            if !node.will_obey(place.frame.reference()) {
-                node.reports(&mut pen, prefix, (axis, true), word, place.at);
-            }
+            return;
+        }
+        let pdo = (place.frame, place.at, place.shown);
+        if self.values.change(&mut pen, prefix, pdo, data)
+            && let Some(node) = nodes.get_mut(&data.node)
+        {
+            node.end_drives(&mut pen, prefix, true, place.at);
+        }
+    }
+
+    /// A statusword shows the state of an axis, at a place.
+    fn drive(&mut self, done: &mut Vec<Batch>, event: &Event, at: At, shown: bool) {
+        let What::Change(Change::Drive { node, axis, state, by, .. }) = event.what else { return };
+        let Some(bus) = self.buses.get_mut(usize::from(event.bus.0)).filter(|_| shown && by.is_sure()) else { return };
+        let by_pdo = by != DriveEvidence::Sdo;
+        let (prefix, node) = bus.parts(node);
+        if !by_pdo || !node.will_obey(event.at) {
+            node.reports(&mut self.sheet.pen(done), prefix, (axis, by_pdo), state, at);
         }
     }
 
@@ -401,7 +381,6 @@ impl Lanes {
         let Some(bus) = self.buses.get_mut(usize::from(place.frame.bus.0)) else { return };
         let mut pen = self.sheet.pen(done);
         let (prefix, node) = bus.parts(id);
-        node.restart(place.at);
         node.end_drives(&mut pen, prefix, false, place.at);
         node.forget_errors(&mut pen, prefix, place.at);
         self.values.end(&mut pen, place.frame.bus, Some(id), place.at);

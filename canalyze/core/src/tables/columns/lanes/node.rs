@@ -78,8 +78,6 @@ struct Axis {
     state: Option<DriveState>,
     /// It came in a PDO.
     by_pdo: bool,
-    /// The frame that shows it.
-    frame: u64,
     /// Since when its lane shows it.
     since: At,
 }
@@ -99,8 +97,6 @@ pub(super) struct Node {
     /// By its device type.
     pub(super) profile: Profile,
     axes: Vec<Axis>,
-    /// States from before this frame are void.
-    restarted: u64,
     errors: Errors,
     /// Errors that it may have taken back where frames are missing.
     doubted: Vec<u16>,
@@ -177,7 +173,7 @@ impl Node {
 
     /// It has booted.
     pub(super) fn boots(&mut self, at: FrameRef) {
-        (self.boot_up, self.command, self.restarted) = (Some(at), None, at.no);
+        (self.boot_up, self.command) = (Some(at), None);
     }
 
     /// Returns true if a reset command is the echo of one that its boot-up has already answered.
@@ -226,24 +222,26 @@ impl Node {
         Some(NodeState::Commanded(state))
     }
 
-    /// An axis has reported a statusword, in a frame.
-    pub(super) fn reports(&mut self, pen: &mut Pen<'_>, prefix: &str, (axis, by_pdo): (u8, bool), word: u16, at: At) {
-        let state = DriveState::of(word);
+    /// A statusword has shown the state of an axis, by a PDO or an upload.
+    pub(super) fn reports(
+        &mut self,
+        pen: &mut Pen<'_>,
+        prefix: &str,
+        (axis, by_pdo): (u8, bool),
+        state: Option<DriveState>,
+        at: At,
+    ) {
         let place = match self.axes.iter().position(|one| one.number == axis) {
             Some(place) => place,
             None if state.is_none() => return,
             None => {
-                self.axes.push(Axis { number: axis, state: None, by_pdo, frame: 0, since: at });
+                self.axes.push(Axis { number: axis, state: None, by_pdo, since: at });
                 self.axes.len() - 1
             }
         };
-        let (id, restarted) = (self.id, self.restarted);
+        let id = self.id;
         let Some(one) = self.axes.get_mut(place) else { return };
-        // Transfers may be reported after later PDOs.
-        if at.frame < one.frame || at.frame <= restarted {
-            return;
-        }
-        (one.frame, one.by_pdo) = (at.frame, by_pdo);
+        one.by_pdo = by_pdo;
         if std::mem::replace(&mut one.state, state) == state {
             return;
         }
@@ -308,13 +306,8 @@ impl Node {
     }
 
     /// Frames are missing: what it does is known again when it says it.
-    pub(super) fn forget(&mut self, at: At) {
-        (self.boot_up, self.command, self.restarted) = (None, None, at.frame);
-    }
-
-    /// The node is reset; its former states are void.
-    pub(super) fn restart(&mut self, at: At) {
-        self.restarted = at.frame;
+    pub(super) fn forget(&mut self) {
+        (self.boot_up, self.command) = (None, None);
     }
 
     fn name(&self, lane: &str, prefix: &str) -> String {

@@ -11,7 +11,7 @@ use crate::tables::selection::{Chosen, Selection, Whose};
 use crate::wire::pdo::mapping::{Mapped, Mapping};
 use crate::words::profiles::Profile;
 use crate::words::signal;
-use crate::world::drive::{self, DriveObject};
+use crate::world::drive;
 use crate::world::event::{ProcessData, Signals};
 use crate::world::od::{self, DataType};
 
@@ -49,7 +49,7 @@ impl Signal {
             place: one.place,
             lane,
             is_truth: mapped.bits == 1 || mapped.data_type == Some(DataType::Boolean),
-            is_statusword: is_statusword(mapped),
+            is_statusword: mapped.is_statusword(),
             has_bits: mapped.factor == 1.0 && has_bits(mapped),
             raw: None,
             first: (0, At::default()),
@@ -153,8 +153,8 @@ pub(super) struct Carrier {
     /// It is known whose mapping it is, and no frames were lost since.
     is_trusted: bool,
     signals: Vec<Signal>,
-    /// Statuswords: the axis, and the place in the mapping.
-    statuswords: Vec<(u8, usize)>,
+    /// It is a TPDO that shows states of drives.
+    is_reporting: bool,
     /// The bits of a payload of up to eight bytes that lanes show.
     mask: u64,
     /// Lanes show bits beyond these.
@@ -165,35 +165,22 @@ pub(super) struct Carrier {
 
 impl Carrier {
     fn new(mapping: &Arc<Mapping>, plot: String, transmit: bool, signals: Vec<Signal>) -> Self {
-        let entries = || mapping.entries.iter().enumerate();
-        let statuswords = entries().filter(|(_, mapped)| transmit && is_statusword(mapped));
-        let statuswords: Vec<_> =
-            statuswords.filter_map(|(place, mapped)| Some((drive::axis(mapped.index)?, place))).collect();
+        let is_reporting = transmit && !mapping.statuswords.is_empty();
         let (mut mask, mut is_long) = (0, false);
-        for (place, mapped) in entries() {
-            let is_signal = signals.iter().any(|one: &Signal| one.place == place);
-            if is_signal || statuswords.iter().any(|(_, other)| *other == place) {
+        for (place, mapped) in mapping.entries.iter().enumerate() {
+            if signals.iter().any(|one: &Signal| one.place == place) {
                 let (offset, bits) = (u32::from(mapped.offset), u32::from(mapped.bits));
                 is_long |= offset + bits > 64;
                 mask |= u64::MAX.checked_shr(64 - bits.clamp(1, 64)).unwrap_or(0).checked_shl(offset).unwrap_or(0);
             }
         }
         let mapping = Arc::clone(mapping);
-        Self { mapping, plot, is_trusted: true, signals, statuswords, mask, is_long, last: None }
-    }
-
-    /// The statuswords that a frame carries, by axis.
-    pub(super) fn statuswords(&self, frame: &Frame) -> impl Iterator<Item = (u8, u16)> {
-        let entries = self.statuswords.iter().filter(|_| self.has_statuswords());
-        entries.filter_map(|(axis, place)| {
-            let mapped = self.mapping.entries.get(*place)?;
-            Some((*axis, self.mapping.raw(mapped, frame.payload())? as u16))
-        })
+        Self { mapping, plot, is_trusted: true, signals, is_reporting, mask, is_long, last: None }
     }
 
     /// Statuswords in it are read.
     fn has_statuswords(&self) -> bool {
-        !self.statuswords.is_empty() && self.is_trusted && self.last.is_some()
+        self.is_reporting && self.is_trusted && self.last.is_some()
     }
 
     fn end(&mut self, pen: &mut Pen<'_>, at: At) {
@@ -231,11 +218,6 @@ fn key(frame: &Frame, data: &ProcessData) -> Key {
     (frame.bus, data.node, data.transmit, data.number)
 }
 
-/// Returns true if an entry is a drive's statusword.
-fn is_statusword(mapped: &Mapped) -> bool {
-    mapped.sub == 0 && DriveObject::at(mapped.index) == Some(DriveObject::Statusword) && mapped.is_drives()
-}
-
 /// A PDO of a bus.
 type Key = (BusId, u8, bool, u16);
 
@@ -254,19 +236,20 @@ impl Values {
         Self { selection, carriers: BTreeMap::new(), count: 0 }
     }
 
-    /// The PDO whose lanes show already what a frame carries.
+    /// Returns true if lanes show already what a frame carries.
     #[inline]
-    pub(super) fn same(&self, frame: &Frame, data: &ProcessData) -> Option<&Carrier> {
-        let (mapping, is_trusted) = read(data)?;
-        let carrier = self.carriers.get(&key(frame, data))?;
-        let (before, len) = carrier.last?;
+    pub(super) fn is_same(&self, frame: &Frame, data: &ProcessData) -> bool {
+        let (Some((mapping, is_trusted)), Some(carrier)) = (read(data), self.carriers.get(&key(frame, data))) else {
+            return false;
+        };
         let payload = frame.payload();
-        let same = Arc::ptr_eq(&carrier.mapping, mapping)
-            && carrier.is_trusted == is_trusted
-            && !carrier.is_long
-            && len == payload.len()
-            && (before ^ word(payload)) & carrier.mask == 0;
-        same.then_some(carrier)
+        carrier.last.is_some_and(|(before, len)| {
+            Arc::ptr_eq(&carrier.mapping, mapping)
+                && carrier.is_trusted == is_trusted
+                && !carrier.is_long
+                && len == payload.len()
+                && (before ^ word(payload)) & carrier.mask == 0
+        })
     }
 
     /// Shows what a frame carries, at `at`; gives whether statuswords that were read before are not read any more.
@@ -299,11 +282,6 @@ impl Values {
             }
         }
         before && !carrier.has_statuswords()
-    }
-
-    /// The statuswords in a frame, by axis.
-    pub(super) fn statuswords(&self, frame: &Frame, data: &ProcessData) -> Option<&Carrier> {
-        self.carriers.get(&key(frame, data)).filter(|carrier| carrier.has_statuswords())
     }
 
     /// Makes the lanes of a PDO, where its mapping is not the one that it had.
