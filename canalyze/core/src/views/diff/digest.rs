@@ -19,7 +19,7 @@ use crate::wire::message::Message;
 use crate::wire::pdo::mapping::Mapping;
 use crate::world::change::{Change, EmcyChange};
 use crate::world::dictionary::Described;
-use crate::world::drive::{self, DriveState};
+use crate::world::drive::DriveState;
 use crate::world::event::{Event, ProcessData, Signals, What};
 
 /// Maximum number of items of one capture: some 100 bytes each.
@@ -199,7 +199,6 @@ pub struct BusDigest {
     pub cyclic: BTreeMap<(u8, Service), CyclicStream>,
     /// By rule, node and object.
     pub findings: BTreeMap<(Code, Option<u8>, Option<Mux>), Vec<Finding>>,
-    drives: BTreeMap<(u8, u8), Option<DriveState>>,
 }
 
 /// The data of a capture that are kept.
@@ -422,15 +421,22 @@ impl Digest {
                 self.add(bus, (change.node().unwrap_or(0), ItemKind::Nmt), one(Action::Nmt(command)));
             }
             Change::BootUp { node } => {
-                self.known(bus, node, at);
+                self.known(bus, (node, ItemKind::State), at);
                 self.add(bus, (node, ItemKind::State), one(Action::BootUp));
             }
             Change::State { node, state, previous, .. } => {
-                self.known(bus, node, at);
+                self.known(bus, (node, ItemKind::State), at);
                 if previous.is_some_and(|before| before != state) {
                     self.add(bus, (node, ItemKind::State), one(Action::State(state)));
                 }
                 self.pass(frame, (node, Service::ErrorControl), at, None);
+            }
+            Change::Drive { node, axis, state, previous, .. } => {
+                let kind = ItemKind::Drive(axis);
+                self.known(bus, (node, kind), at);
+                if previous.is_some() && change.is_news() {
+                    self.add(bus, (node, kind), one(Action::Drive(state)));
+                }
             }
             Change::Error(EmcyChange { node, code, register, .. }) => {
                 self.add(bus, (node, ItemKind::Emcy), one(Action::Emcy(code, register)));
@@ -439,9 +445,9 @@ impl Digest {
         }
     }
 
-    /// Notes that the state of a node is known from here on.
-    fn known(&mut self, bus: BusId, node: u8, at: CapturePlace) {
-        self.lines.entry(bus).or_default().known.entry((node, ItemKind::State)).or_insert(at);
+    /// Notes that the state of a node, or of an axis, is known from here on.
+    fn known(&mut self, bus: BusId, key: (u8, ItemKind), at: CapturePlace) {
+        self.lines.entry(bus).or_default().known.entry(key).or_insert(at);
     }
 
     fn process_data(&mut self, data: &ProcessData, frame: &Frame, at: CapturePlace) {
@@ -450,25 +456,6 @@ impl Digest {
             Signals::ByConsumer(..) | Signals::None(_) => None,
         };
         self.pass(frame, (data.node, Service::Pdo(data.transmit, data.number)), at, mapping);
-        let Some(mapping) = mapping.filter(|_| data.transmit) else { return };
-        for mapped in &mapping.entries {
-            if drive::DriveObject::at(mapped.index) == Some(drive::DriveObject::Statusword)
-                && mapped.is_whole()
-                && let Some(raw) = mapping.raw(mapped, frame.payload())
-            {
-                let axis = drive::axis(mapped.index).unwrap_or(0);
-                self.drive(frame.bus, (data.node, axis), DriveState::of(raw as u16), at);
-            }
-        }
-    }
-
-    fn drive(&mut self, bus: BusId, (node, axis): (u8, u8), state: Option<DriveState>, at: CapturePlace) {
-        let line = self.lines.entry(bus).or_default();
-        let key = (node, ItemKind::Drive(axis));
-        line.known.entry(key).or_insert(at);
-        if line.drives.insert((node, axis), state).is_some_and(|before| before != state) {
-            self.add(bus, key, Item { at, since: at, action: Action::Drive(state) });
-        }
     }
 
     /// Takes a frame of a stream.
