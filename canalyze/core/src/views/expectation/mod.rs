@@ -315,7 +315,6 @@ impl Verification {
         if let Some(transfer) = self.shown.next(&event.what) {
             self.transfers.ended(&transfer, scene);
             self.reconfigured(&transfer);
-            self.states.transfer(&transfer, scene);
         }
         match (&event.what, frame) {
             (What::Transfer(transfer), _) => self.latencies.ended(transfer, scene),
@@ -326,10 +325,10 @@ impl Verification {
             }
             (What::Pdo(data), Some(frame)) => {
                 self.signals.process_data(data, frame, scene);
-                self.states.process_data(data, frame, scene);
                 self.latencies.process_data(data, scene);
             }
             (What::Mpdo(data), Some(frame)) => self.signals.multiplexed(data, frame, scene),
+            (What::Change(change @ Change::Drive { .. }), _) => self.states.change(change, scene),
             (What::Change(change), Some(_)) => self.change(change, scene),
             _ => {}
         }

@@ -5,10 +5,8 @@
 //! kind.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use super::signal::{PdoChoice, stopped, value};
-use super::state::{object, statusword, uploaded};
 use super::{WrittenPeriod, written};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::evidence::period::expected::Rhythm;
@@ -19,7 +17,7 @@ use crate::wire::nmt::{RESET_COMMUNICATION, RESET_NODE};
 use crate::wire::pdo::mapping::{Mapped, Mapping};
 use crate::words::signal;
 use crate::world::change::{Change, EmcyChange};
-use crate::world::drive::{self, DriveState};
+use crate::world::drive::DriveState;
 use crate::world::event::{Event, Signals as Content, What};
 
 /// Maximum number of signals, PDOs, states and so on that are kept apart.
@@ -139,18 +137,13 @@ impl Observed {
         for event in events {
             let (bus, at) = (event.bus, event.at);
             if let Some(transfer) = self.transfers.next(&event.what) {
-                self.transfer(&transfer, at);
+                self.transfer(&transfer);
             }
             match &event.what {
                 What::Pdo(data) => {
                     let pdo = PdoChoice { node: data.node, transmit: data.transmit, number: data.number };
                     if let Content::Mapped(mapping, _) | Content::ByConsumer(mapping, ..) = &data.content {
                         self.signals(bus, pdo, mapping, frame);
-                    }
-                    if let Content::Mapped(mapping, _) = &data.content
-                        && data.transmit
-                    {
-                        self.statuswords(bus, data.node, mapping, frame);
                     }
                     if let Some(train) = kept(&mut self.pdos, (bus, pdo), Train::default) {
                         train.beat(at, false);
@@ -180,15 +173,7 @@ impl Observed {
         }
     }
 
-    fn statuswords(&mut self, bus: BusId, node: u8, mapping: &Arc<Mapping>, frame: &Frame) {
-        for axis in 1..=drive::AXES {
-            if let Some(state) = statusword(mapping, object(axis), frame).and_then(DriveState::of) {
-                self.show(bus, node, StateKind::Drive(axis, state), frame.reference());
-            }
-        }
-    }
-
-    fn transfer(&mut self, transfer: &Transfer, at: FrameRef) {
+    fn transfer(&mut self, transfer: &Transfer) {
         let (bus, node) = (transfer.bus, transfer.node);
         match written(transfer) {
             Some(WrittenPeriod::Heartbeat) => self.interrupt_heartbeats(bus, node),
@@ -199,11 +184,6 @@ impl Observed {
                 }
             }
             None => {}
-        }
-        let Some((index, word)) = uploaded(transfer) else { return };
-        let axis = (1..=drive::AXES).find(|axis| object(*axis) == index);
-        if let Some((axis, state)) = axis.zip(DriveState::of(word)) {
-            self.show(bus, node, StateKind::Drive(axis, state), at);
         }
     }
 
@@ -231,6 +211,9 @@ impl Observed {
                 for ((of, id, kind), shown) in &mut self.states {
                     shown.left |= *of == bus && *id == node && matches!(kind, StateKind::Drive(..));
                 }
+            }
+            Change::Drive { node, axis, state: Some(state), .. } => {
+                self.show(bus, node, StateKind::Drive(axis + 1, state), at);
             }
             Change::State { node, state, guarding, .. } => {
                 self.show(bus, node, StateKind::Nmt(state), at);

@@ -6,24 +6,13 @@
 use serde::Deserialize;
 
 use super::{Breach, Closing, EntryPlace, Scene, check_node, check_times, mistake};
-use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::expectation::{Exp005, Exp006, Exp015};
 use crate::rules::finding::Quantity;
-use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::wire::nmt::commanded_state;
-use crate::wire::pdo::mapping::Mapping;
 use crate::world::change::Change;
 use crate::world::drive::{self, DriveState};
-use crate::world::event::{ProcessData, Signals};
-
-/// Statusword of the first axis.
-const STATUSWORD: u16 = 0x6041;
-
-/// The statusword of an axis, from 1.
-pub(super) fn object(axis: u8) -> u16 {
-    0x800 * u16::from(axis.saturating_sub(1)) + STATUSWORD
-}
 
 /// An NMT state in the encoding of error control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -100,7 +89,7 @@ impl StateEntry {
 
     fn target(&self) -> Target {
         match (self.state, self.drive) {
-            (_, Some(Drive(state))) => Target::Drive(state, object(self.axis.unwrap_or(1))),
+            (_, Some(Drive(state))) => Target::Drive(state, self.axis.unwrap_or(1)),
             (Some(Nmt(state)), None) => Target::Nmt(state),
             (None, None) => Target::Nmt(BOOT_UP),
         }
@@ -111,8 +100,8 @@ impl StateEntry {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Target {
     Nmt(u8),
-    /// The state, and the object that shows it.
-    Drive(DriveState, u16),
+    /// The state of an axis, from 1.
+    Drive(DriveState, u8),
 }
 
 impl Target {
@@ -365,8 +354,6 @@ impl Progress {
 #[derive(Debug)]
 pub(super) struct States {
     all: Vec<Progress>,
-    /// Some of them are about drives.
-    drives: bool,
 }
 
 impl States {
@@ -383,14 +370,14 @@ impl States {
             overdue: false,
             lost: false,
         });
-        Self { all: all.collect(), drives: entries.iter().any(|entry| entry.drive.is_some()) }
+        Self { all: all.collect() }
     }
 
     fn of<'a>(&'a mut self, node: u8, name: &'a [u8]) -> impl Iterator<Item = &'a mut Progress> {
         self.all.iter_mut().filter(move |one| one.place.holds(name, Some(node)))
     }
 
-    /// Takes a boot-up, a report of a state or an NMT command.
+    /// Takes a boot-up, a report of a state, a statusword or an NMT command.
     pub(super) fn change(&mut self, change: &Change, scene: &mut Scene<'_>) {
         let name = scene.name;
         match *change {
@@ -412,6 +399,13 @@ impl States {
                     }
                 }
             }
+            Change::Drive { node, axis, statusword, state: Some(_), by, .. } if by.is_sure() => {
+                for one in self.of(node, name) {
+                    if matches!(one.target, Target::Drive(_, number) if number == axis + 1) {
+                        one.show(Quantity::Statusword(statusword), scene);
+                    }
+                }
+            }
             Change::Command { command, node } => {
                 let Some(state) = commanded_state(command) else { return };
                 for one in self.all.iter_mut().filter(|one| one.place.is_on(name)) {
@@ -423,35 +417,6 @@ impl States {
                 }
             }
             _ => {}
-        }
-    }
-
-    /// Takes the statuswords in a PDO.
-    pub(super) fn process_data(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
-        let Signals::Mapped(mapping, from) = &data.content else { return };
-        if !self.drives || !data.transmit || from.is_doubted() {
-            return;
-        }
-        for one in self.of(data.node, scene.name) {
-            if let Target::Drive(_, object) = one.target
-                && let Some(word) = statusword(mapping, object, frame)
-                && DriveState::of(word).is_some()
-            {
-                one.show(Quantity::Statusword(word), scene);
-            }
-        }
-    }
-
-    /// Takes an SDO transfer if it is an upload of a statusword.
-    pub(super) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
-        let Some((index, word)) = uploaded(transfer).filter(|_| self.drives) else { return };
-        for one in self.of(transfer.node, scene.name) {
-            if let Target::Drive(_, object) = one.target
-                && object == index
-                && DriveState::of(word).is_some()
-            {
-                one.show(Quantity::Statusword(word), scene);
-            }
         }
     }
 
@@ -475,20 +440,4 @@ impl States {
             one.finish(closing);
         }
     }
-}
-
-/// Returns the index and the value of a 16-bit object that was read completely.
-pub(super) fn uploaded(transfer: &Transfer) -> Option<(u16, u16)> {
-    let whole = transfer.outcome.status == Status::Ok && !transfer.outcome.bad && !transfer.data.hole;
-    let mux = transfer.mux.filter(|mux| whole && transfer.direction == Direction::Upload && mux.sub == 0)?;
-    match *transfer.data.kept.as_slice() {
-        [low, high] => Some((mux.index, u16::from_le_bytes([low, high]))),
-        _ => None,
-    }
-}
-
-/// Returns the statusword in a PDO, if it is mapped completely.
-pub(super) fn statusword(mapping: &Mapping, object: u16, frame: &Frame) -> Option<u16> {
-    let mapped = mapping.entries.iter().find(|one| one.index == object && one.sub == 0 && one.bits == 16)?;
-    mapping.raw(mapped, frame.payload()).map(|raw| raw as u16)
 }
