@@ -26,10 +26,9 @@ use super::cdr::Cdr;
 use super::container::{ChannelId, Container, SchemaId};
 use super::message::{RosMessage, RosValues};
 use super::{CaptureFacts, Losses, ROS2};
-use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::bytes::frame::{Frame, FrameRef};
 use crate::rules::finding::Finding;
 use crate::words::Lang;
-use crate::world::drive::DriveState;
 use crate::world::event::{Event, What};
 
 /// The destination and time of messages.
@@ -74,8 +73,6 @@ pub(super) struct Decoded {
     schemas: BTreeMap<&'static str, Option<SchemaId>>,
     /// By topic. Nodes and buses are few.
     channels: BTreeMap<String, ChannelId>,
-    /// The last state of each drive, by bus, node and axis.
-    drives: BTreeMap<(BusId, u8, u8), Option<DriveState>>,
     /// Words being put together.
     words: Vec<u8>,
 }
@@ -83,19 +80,14 @@ pub(super) struct Decoded {
 impl Decoded {
     /// Nothing seen yet.
     pub(super) fn new(lang: Lang) -> Self {
-        let (schemas, channels, drives) = Default::default();
-        Self { lang, pdos: PdoTypes::new(lang), schemas, channels, drives, words: Vec::new() }
+        let (schemas, channels) = Default::default();
+        Self { lang, pdos: PdoTypes::new(lang), schemas, channels, words: Vec::new() }
     }
 
     /// Appends what an event says.
     pub(super) fn event(&mut self, place: &mut MessagePlace<'_, '_>, bus: &str, frame: Option<&Frame>, event: &Event) {
         match (&event.what, frame) {
-            (What::Pdo(data), Some(frame)) => {
-                let shown = self.pdos.process_data(place, bus, event, data, frame);
-                for (axis, statusword) in shown {
-                    report::drive_state(self, place, bus, event, data.node, axis, statusword);
-                }
-            }
+            (What::Pdo(data), Some(frame)) => self.pdos.process_data(place, bus, event, data, frame),
             (What::Mpdo(data), Some(frame)) => self.pdos.multiplexed(place, bus, event, data, frame),
             (What::Message(message), Some(frame)) => report::message(self, place, bus, event.at, message, frame),
             (What::Change(change), _) => report::change(self, place, bus, event.at, change),

@@ -18,7 +18,6 @@ use crate::bytes::frame::{BusId, Frame};
 use crate::wire::pdo::mapping::{Mapped, Mapping, Number, number};
 use crate::words::Lang;
 use crate::words::signal::{self, product};
-use crate::world::drive;
 use crate::world::event::{Addressed, Event, ProcessData, Signals};
 
 /// Most types of message; mappings beyond them are counted as lost.
@@ -72,7 +71,7 @@ impl PdoTypes {
         Self { lang, types: Vec::new(), words: Vec::new() }
     }
 
-    /// Appends the signals of a PDO; yields the statuswords in it, by axis from 0.
+    /// Appends the signals of a PDO.
     pub(super) fn process_data(
         &mut self,
         place: &mut MessagePlace<'_, '_>,
@@ -80,13 +79,11 @@ impl PdoTypes {
         event: &Event,
         data: &ProcessData,
         frame: &Frame,
-    ) -> Vec<(u8, u16)> {
-        let (Signals::Mapped(mapping, _) | Signals::ByConsumer(mapping, ..)) = &data.content else {
-            return Vec::new();
-        };
+    ) {
+        let (Signals::Mapped(mapping, _) | Signals::ByConsumer(mapping, ..)) = &data.content else { return };
         let ProcessData { node, transmit, number, .. } = *data;
         let whose = Whose { bus: frame.bus, node, transmit, number, addressed: None };
-        self.message(place, bus, event, whose, mapping, frame)
+        self.message(place, bus, event, whose, mapping, frame);
     }
 
     /// Appends the object of a multiplex PDO.
@@ -113,25 +110,22 @@ impl PdoTypes {
         whose: Whose,
         mapping: &Arc<Mapping>,
         frame: &Frame,
-    ) -> Vec<(u8, u16)> {
+    ) {
         let payload = frame.payload();
         let reached = |mapped: &&Mapped| usize::from(mapped.offset) + usize::from(mapped.bits) <= 8 * payload.len();
         let reach = mapping.entries.iter().take_while(reached).count();
         let Some(known) = self.find(place, bus, whose, mapping, reach) else {
-            place.losses.count(Loss::Topics);
-            return Vec::new();
+            return place.losses.count(Loss::Topics);
         };
         let Self { lang, types, words } = self;
         // The one just used is likely to be used again soon.
         types.swap(0, known);
         let Some(Type { fields, channel: Some(channel), .. }) = types.first() else {
-            place.losses.count(Loss::Topics);
-            return Vec::new();
+            return place.losses.count(Loss::Topics);
         };
         if fields.is_empty() {
-            return Vec::new();
+            return;
         }
-        let mut statuswords = Vec::new();
         let time = place.now;
         let cdr = place.cdr.begin().header(time, bus.as_bytes());
         for field in fields {
@@ -150,12 +144,8 @@ impl PdoTypes {
                 signal::annotation(words, *lang, field.words, raw);
                 cdr.string(words);
             }
-            if field.words == 0x6041 {
-                statuswords.push((drive::axis(mapped.index).unwrap_or(0), raw as u16));
-            }
         }
         place.send(*channel, event.at, time);
-        statuswords
     }
 
     /// The place of a type, made when it is first needed; `None` when there are too many.

@@ -11,8 +11,6 @@ use crate::wire::message::Message;
 use crate::words::digits::put;
 use crate::words::{Depth, findings, services, terms, transferred, value};
 use crate::world::change::Change;
-use crate::world::drive::DriveState;
-use crate::world::event::Event;
 
 /// Most bytes of a transfer that its message has.
 const DATA: usize = 1024;
@@ -26,7 +24,7 @@ const fn level(severity: Severity) -> u8 {
     }
 }
 
-/// Appends a state that a node reports.
+/// Appends a state that a node reports, or another state of its drive.
 pub(super) fn change(
     decoded: &mut Decoded,
     place: &mut MessagePlace<'_, '_>,
@@ -37,6 +35,10 @@ pub(super) fn change(
     match *change {
         Change::BootUp { node } => nmt_state(decoded, place, bus, at, node, BOOT_UP),
         Change::State { node, state, .. } => nmt_state(decoded, place, bus, at, node, state),
+        Change::Drive { node, axis, statusword, state, .. } if change.is_news() => {
+            let name = state.map_or("", |state| terms::drive::state(decoded.lang, state));
+            drive_state(decoded, place, bus, at, (node, axis), (statusword, name));
+        }
         _ => {}
     }
 }
@@ -82,33 +84,27 @@ fn nmt_state(decoded: &mut Decoded, place: &mut MessagePlace<'_, '_>, bus: &str,
     decoded.send(place, &topic, (at, place.now), message);
 }
 
-/// Appends the state of a drive, where it is another one than before.
-pub(super) fn drive_state(
+fn drive_state(
     decoded: &mut Decoded,
     place: &mut MessagePlace<'_, '_>,
     bus: &str,
-    event: &Event,
-    node: u8,
-    axis: u8,
-    statusword: u16,
+    at: FrameRef,
+    (node, axis): (u8, u8),
+    (statusword, name): (u16, &str),
 ) {
-    let state = DriveState::of(statusword);
-    if decoded.drives.insert((event.bus, node, axis), state) == Some(state) {
-        return;
-    }
     let mut topic = format!("/{bus}/node{node}/drive_state");
     if axis > 0 {
         topic.push_str(&format!("_{}", axis + 1));
     }
     let message = message! {
-        /// The state of a CiA 402 power drive system, whenever a statusword in a PDO shows another one.
+        /// The state of a CiA 402 power drive system, whenever a statusword in a PDO or an SDO shows another one.
         "canalyze_msgs/msg/DriveState" {
             header: Header(place.now, bus),
             statusword: statusword,
-            state: state.map_or("", |state| terms::drive::state(decoded.lang, state)),
+            state: name,
         }
     };
-    decoded.send(place, &topic, (event.at, place.now), message);
+    decoded.send(place, &topic, (at, place.now), message);
 }
 
 /// Appends an SDO transfer.
