@@ -187,6 +187,7 @@ impl Diagnosis {
             match &event.what {
                 What::Finding(finding) => of_bus.aside(finding, self.last, bus, &mut self.ledger),
                 What::Transfer(transfer) => of_bus.transferred(transfer, self.last, bus, &mut self.ledger),
+                What::Change(change) => _ = of_bus.drive(change, event.bus, self.last, bus, &mut self.ledger),
                 _ => {}
             }
         }

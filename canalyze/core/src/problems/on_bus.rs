@@ -155,6 +155,7 @@ impl OfBus {
                     self.usdo((*request, *source, event.node), frame, bus, ledger)
                 }
                 What::Message(message) => self.message(message, at, id, bus, ledger),
+                What::Change(change @ Change::Drive { .. }) => self.drive(change, id, at, bus, ledger),
                 What::Change(change) => self.change(change, frame, bus, ledger),
                 What::Pdo(data) => self.pdo(data, frame, bus, ledger),
                 What::Mpdo(data) if data.transmit => self.alive(data.node, frame, bus, ledger),
@@ -330,6 +331,15 @@ impl OfBus {
             return true;
         }
         dirty
+    }
+
+    /// Passes on a statusword of an axis.
+    pub(super) fn drive(&mut self, change: &Change, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) -> bool {
+        if let Change::Drive { node, axis, statusword, state: Some(state), previous, .. } = *change {
+            let scene = scene!(self, ledger, bus, id, at);
+            self.motions.reported((node, axis), (statusword, state), previous, scene);
+        }
+        false
     }
 
     fn sdo(&mut self, step: &Step, node: Option<u8>, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {

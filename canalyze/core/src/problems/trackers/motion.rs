@@ -63,7 +63,6 @@ struct AxisMotion {
     control: Option<u16>,
     /// True if controlwords come in a PDO, so that none is missing in a complete capture.
     by_pdo: bool,
-    state: Option<DriveState>,
     mode: Option<i8>,
     /// The first frame with a bit set that means trouble only if it stays set.
     limit: Option<FrameRef>,
@@ -135,7 +134,7 @@ impl Motions {
                 target = Some(name);
                 continue;
             }
-            if !matches!(object, 0x6040 | 0x6041 | 0x6060 | 0x6061) {
+            if !matches!(object, 0x6040 | 0x6060 | 0x6061) {
                 continue;
             }
             if let Some(raw) = extract(frame.payload(), usize::from(entry.offset), usize::from(entry.bits)) {
@@ -154,7 +153,7 @@ impl Motions {
         let (Some(axis), object) = (drive::axis(mux.index), first_axis(mux.index)) else { return };
         let raw = match transfer.data.kept.as_slice() {
             [low] if matches!(object, 0x6060 | 0x6061) => u64::from(*low),
-            [low, high] if matches!(object, 0x6040 | 0x6041) => u64::from(u16::from_le_bytes([*low, *high])),
+            [low, high] if object == 0x6040 => u64::from(u16::from_le_bytes([*low, *high])),
             _ => return,
         };
         self.value((transfer.node, axis), object, raw, scene);
@@ -188,7 +187,6 @@ impl Motions {
     fn value(&mut self, name: AxisKey, object: u16, raw: u64, scene: &mut Scene<'_>) {
         match object {
             0x6040 => self.controlled(name, raw as u16, scene),
-            0x6041 => self.reported(name, raw as u16, scene),
             _ => {
                 let axis = self.axes.entry(name).or_default();
                 // The displayed mode counts; a requested one only before the first display.
@@ -204,14 +202,11 @@ impl Motions {
     }
 
     fn controlled(&mut self, name: AxisKey, word: u16, scene: &mut Scene<'_>) {
-        let at = scene.at;
+        let (at, state) = (scene.at, scene.bus.axis_state(name.0, name.1));
         let axis = self.axes.entry(name).or_default();
         let before = axis.control.replace(word);
         let rises = |bit: u16| word & bit != 0 && before.is_some_and(|before| before & bit == 0);
-        if rises(NEW_SET_POINT)
-            && axis.mode == Some(PROFILE_POSITION)
-            && axis.state == Some(DriveState::OperationEnabled)
-        {
+        if rises(NEW_SET_POINT) && axis.mode == Some(PROFILE_POSITION) && state == Some(DriveState::OperationEnabled) {
             axis.set_point = Some((at, 0));
         } else if word & NEW_SET_POINT == 0 {
             axis.set_point = None;
@@ -227,8 +222,8 @@ impl Motions {
         }
         // A fault reset is a rising edge; a bit set since before the fault is none.
         let holds = word & FAULT_RESET != 0 && before.is_some_and(|before| before & FAULT_RESET != 0);
-        axis.reset |= rises(FAULT_RESET) && axis.state == Some(DriveState::Fault);
-        if axis.reset || word & FAULT_RESET == 0 || axis.state != Some(DriveState::Fault) {
+        axis.reset |= rises(FAULT_RESET) && state == Some(DriveState::Fault);
+        if axis.reset || word & FAULT_RESET == 0 || state != Some(DriveState::Fault) {
             axis.held = None;
             self.set(name, ProblemKind::FaultResetWithoutEdge, false, at, scene);
         } else if holds {
@@ -241,11 +236,16 @@ impl Motions {
         }
     }
 
-    fn reported(&mut self, name: AxisKey, word: u16, scene: &mut Scene<'_>) {
-        let at = scene.at;
-        let Some(state) = DriveState::of(word) else { return };
+    /// Processes a statusword that shows a state, after the statusword `before`.
+    pub(in crate::stories) fn reported(
+        &mut self,
+        name: AxisKey,
+        (word, state): (u16, DriveState),
+        before: Option<u16>,
+        scene: &mut Scene<'_>,
+    ) {
+        let (at, before) = (scene.at, before.and_then(DriveState::of));
         let axis = self.axes.entry(name).or_default();
-        let before = axis.state.replace(state);
         let enabled = state == DriveState::OperationEnabled;
         axis.reset &= state == DriveState::Fault;
         let held = axis.by_pdo && axis.control.is_some_and(|word| word & 0x8F == 0x0F);
@@ -405,9 +405,9 @@ impl Motions {
     /// Processes a target of an axis.
     fn target(&mut self, name: AxisKey, pdo: (bool, u16), scene: &mut Scene<'_>) {
         let at = scene.at;
-        let cyclic = self.axes.get(&name).is_some_and(|axis| {
-            axis.state == Some(DriveState::OperationEnabled) && axis.mode.is_some_and(|mode| CYCLIC.contains(&mode))
-        });
+        let mode = self.axes.get(&name).and_then(|axis| axis.mode);
+        let enabled = scene.bus.axis_state(name.0, name.1) == Some(DriveState::OperationEnabled);
+        let cyclic = enabled && mode.is_some_and(|mode| CYCLIC.contains(&mode));
         if !cyclic {
             self.targets.remove(&name);
             return;
