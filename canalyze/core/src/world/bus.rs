@@ -161,7 +161,7 @@ impl Bus {
 
     /// Returns the last reported state of each axis of a drive, with the axis number from 0.
     pub fn drive_states(&self, node: u8) -> impl Iterator<Item = (usize, drive::DriveState)> {
-        self.checks.drives.states(node)
+        self.drive_reports(node).map(|(axis, state, _)| (axis, state))
     }
 
     /// Returns the axes of a drive that were in fault when first seen and have shown no other state: number from 0,
@@ -172,7 +172,7 @@ impl Bus {
 
     /// Returns the last reported state of each axis with its frame.
     pub fn drive_reports(&self, node: u8) -> impl Iterator<Item = (usize, drive::DriveState, FrameRef)> {
-        self.checks.drives.reports(node)
+        self.publisher.axes(node)
     }
 
     /// Returns a node if anything is known of it.

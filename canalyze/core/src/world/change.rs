@@ -183,8 +183,8 @@ struct LastStatusword {
     state: Option<DriveState>,
     /// The statusword itself, also after a restart.
     word: Option<u16>,
-    /// The number of its frame.
-    no: u64,
+    /// Its frame, or a later restart.
+    at: FrameRef,
 }
 
 /// The states that were published last.
@@ -239,22 +239,24 @@ impl Publisher {
         by: DriveEvidence,
     ) -> Option<Change> {
         let axis = drive::axis(index)?;
-        let last = self.nodes.entry(node).axes.get_mut(usize::from(axis)).filter(|last| at.no >= last.no)?;
+        let last = self.nodes.entry(node).axes.get_mut(usize::from(axis)).filter(|last| at.no >= last.at.no)?;
         let state = DriveState::of(statusword);
         let previous = last.word.replace(statusword);
-        (last.state, last.no) = (state, at.no);
+        (last.state, last.at) = (state, at);
         Some(Change::Drive { node, axis, statusword, state, previous, by })
     }
 
-    /// Returns the state of an axis since the node has started and frames were lost.
-    pub fn axis_state(&self, node: u8, axis: u8) -> Option<DriveState> {
-        self.nodes.get(node)?.axes.get(usize::from(axis))?.state
+    /// Returns the axes of a node whose state is known, each with its number from 0, its state, and the frame of its last
+    /// statusword.
+    pub fn axes(&self, node: u8) -> impl Iterator<Item = (usize, DriveState, FrameRef)> {
+        let axes = self.nodes.get(node).into_iter().flat_map(|last| last.axes.iter().enumerate());
+        axes.filter_map(|(number, last)| Some((number, last.state?, last.at)))
     }
 
     /// Forgets the states of the axes of a node, or of all, which restart at a frame.
     pub fn restart(&mut self, node: Option<u8>, at: FrameRef) {
         for (_, last) in self.nodes.iter_mut().filter(|(id, _)| node.is_none_or(|node| node == *id)) {
-            last.axes.iter_mut().for_each(|axis| (axis.state, axis.no) = (None, at.no));
+            last.axes.iter_mut().for_each(|axis| (axis.state, axis.at) = (None, at));
         }
     }
 
@@ -278,5 +280,63 @@ impl Publisher {
     pub fn forget(&mut self, at: FrameRef) {
         self.nodes.iter_mut().for_each(|(_, last)| *last = LastPublished::default());
         self.restart(None, at);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
+    use super::*;
+    use crate::world::drive::DriveState::{OperationEnabled, ReadyToSwitchOn};
+
+    fn frame(no: u64) -> FrameRef {
+        FrameRef { no, ..FrameRef::default() }
+    }
+
+    /// Takes a statusword of the second axis of node 5 and returns its state, the statusword before it, and true if it
+    /// is news; `None` if a later one is known.
+    fn take(publisher: &mut Publisher, no: u64, word: u16) -> Option<(Option<DriveState>, Option<u16>, bool)> {
+        let change = publisher.statusword(5, 0x6841, word, frame(no), DriveEvidence::Sdo)?;
+        let Change::Drive { node: 5, axis: 1, statusword, state, previous, .. } = change else { panic!("{change:?}") };
+        assert_eq!(statusword, word);
+        Some((state, previous, change.is_news()))
+    }
+
+    fn known(publisher: &Publisher) -> Vec<(usize, DriveState, u64)> {
+        publisher.axes(5).map(|(axis, state, at)| (axis, state, at.no)).collect()
+    }
+
+    #[test]
+    fn statuswords() {
+        let mut all = Publisher::default();
+        assert_eq!(known(&all), []);
+        assert_eq!(take(&mut all, 1, 0x0231), Some((Some(ReadyToSwitchOn), None, true)));
+        assert_eq!(take(&mut all, 2, 0x0631), Some((Some(ReadyToSwitchOn), Some(0x0231), false)));
+        assert_eq!(take(&mut all, 9, 0x0237), Some((Some(OperationEnabled), Some(0x0631), true)));
+        assert_eq!(known(&all), [(1, OperationEnabled, 9)]);
+        // An upload that is reported after a later PDO.
+        assert_eq!(take(&mut all, 8, 0x0231), None);
+        // CiA 402 does not define it.
+        assert_eq!(take(&mut all, 10, 0x0022), Some((None, Some(0x0237), true)));
+        assert_eq!(take(&mut all, 11, 0x0001), Some((None, Some(0x0022), false)));
+        assert_eq!(known(&all), []);
+        assert_eq!(take(&mut all, 12, 0x0237), Some((Some(OperationEnabled), Some(0x0001), true)));
+    }
+
+    #[test]
+    fn statuswords_after_a_restart_and_after_lost_frames() {
+        let mut all = Publisher::default();
+        take(&mut all, 1, 0x0237).unwrap();
+        all.restart(Some(6), frame(2));
+        assert_eq!(known(&all), [(1, OperationEnabled, 1)]);
+        all.restart(Some(5), frame(4));
+        assert_eq!(known(&all), []);
+        // From before the restart.
+        assert_eq!(take(&mut all, 3, 0x0237), None);
+        assert_eq!(take(&mut all, 5, 0x0237), Some((Some(OperationEnabled), Some(0x0237), false)));
+        all.forget(frame(7));
+        assert_eq!(known(&all), []);
+        assert_eq!(take(&mut all, 6, 0x0237), None);
+        assert_eq!(take(&mut all, 8, 0x0237), Some((Some(OperationEnabled), None, true)));
     }
 }

@@ -3,7 +3,8 @@
 //! For every axis the controlwords sent and the statuswords reported are followed, in PDOs and SDO. 6040h and 6041h
 //! have another meaning on an encoder or a valve, so only these nodes are judged: those with the device type of a
 //! drive, and those of unknown type that have climbed the steps of CiA 402 and never showed another coding. A
-//! controlword that may have come unseen excuses everything. States are decoded in `drive`.
+//! controlword that may have come unseen excuses everything. States are decoded in `drive`. A verdict is about two samples
+//! with a sure mapping, so the last one is kept here, also of devices whose objects the bus does not take as a drive's.
 
 mod controlwords;
 mod effect;
@@ -122,11 +123,6 @@ impl Drives {
         self.watch.renewed(pdos);
     }
 
-    /// Returns the last reported state of each of a node's axes, with the axis number from 0.
-    pub fn states(&self, node: u8) -> impl Iterator<Item = (usize, DriveState)> {
-        self.reports(node).map(|(number, state, _)| (number, state))
-    }
-
     /// Returns the axes that were in fault when first seen and have shown no other state: number from 0, statusword,
     /// and the first frame that reported it.
     pub fn found_in_fault(&self, node: u8) -> impl Iterator<Item = (usize, u16, FrameRef)> {
@@ -134,15 +130,6 @@ impl Drives {
         axes.filter_map(|(number, axis)| {
             let found = axis.as_ref()?.found?;
             Some((number, found.word, found.at))
-        })
-    }
-
-    /// Returns the same as [`Self::states`] with the frames that reported the states.
-    pub fn reports(&self, node: u8) -> impl Iterator<Item = (usize, DriveState, FrameRef)> {
-        let axes = self.nodes.get(node).into_iter().flat_map(|drive| drive.axes.iter().enumerate());
-        axes.filter_map(|(number, axis)| {
-            let sample = axis.as_ref()?.sample?;
-            Some((number, sample.state, sample.at))
         })
     }
 

@@ -30,7 +30,8 @@ const SEEN_NS: i64 = 3_000_000_000;
 pub(in crate::problems) struct Drives {
     /// Nodes known to be drives, one bit each: by their device type, or by an object of drives in SDO.
     drives: u128,
-    /// The states of drives without a known mapping, by the default mapping of CiA 402: the statusword comes first.
+    /// The states of drives without a known mapping, by the default mapping of CiA 402: the statusword comes first. That
+    /// is a guess of this tracker, of a lower grade, so the bus does not publish it.
     assumed: BTreeMap<u8, DriveState>,
     /// The last controlword of each node.
     controlwords: BTreeMap<u8, u16>,

@@ -45,10 +45,9 @@ pub(super) fn reported(
 }
 
 impl Bus {
-    /// Returns the state of an axis (from 0) of a drive, by the last statusword since its node has booted or frames
-    /// were lost.
+    /// Returns the last reported state of an axis of a drive; the number of the axis is from 0.
     pub fn axis_state(&self, node: u8, axis: u8) -> Option<DriveState> {
-        self.publisher.axis_state(node, axis)
+        self.drive_states(node).find(|(number, _)| *number == usize::from(axis)).map(|(_, state)| state)
     }
 
     /// Publishes the state that an upload shows, at its last frame.
