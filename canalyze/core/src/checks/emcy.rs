@@ -6,6 +6,7 @@
 
 use std::collections::VecDeque;
 
+use super::limits::AGAIN_NS;
 use crate::bytes::frame::FrameRef;
 use crate::evidence::When;
 use crate::rules::emcy::{Emc001, Emc002, Emc003, Emc005, Emc007, Emc008, Emc009, Emc010};
@@ -22,8 +23,6 @@ const RESERVED: u8 = 1 << 6;
 const SLACK_NS: i64 = 1_000_000;
 /// Errors of one node within this time have one cause, in ns.
 const TOGETHER_NS: i64 = 200_000_000;
-/// An error that returns within this time after its reset is the same trouble, in ns.
-const AGAIN_NS: i64 = 10_000_000_000;
 /// Number of emergencies of one node within [`FLOOD_NS`] that make a flood; an emergency is sent once per error.
 const FLOOD: usize = 10;
 /// The time in which [`FLOOD`] emergencies make a flood, in ns.

@@ -16,14 +16,13 @@ use crate::rules::finding::Finding;
 use crate::rules::guarding::{Grd001, Grd002, Grd003, Grd004, Grd005};
 use crate::rules::heartbeat::Hbt003;
 use crate::rules::heartbeat::Hbt004;
+use crate::sdo::limits::UNANSWERED_NS;
 use crate::world::configuration::Provenance;
 use crate::world::context::Context;
 use crate::world::node::{Node, PerNode};
 
 /// Maximum time from a request to its answer, in ns.
 const ANSWER_NS: i64 = 500_000_000;
-/// Time after which a request counts as unanswered, in ns.
-const UNANSWERED_NS: i64 = 1_000_000_000;
 /// Usual maximum time between two requests to a guarded node, in ns.
 const ROUND_NS: i64 = 10_000_000_000;
 /// Time after which a request before a reset counts as unanswered, in ns.

@@ -1,8 +1,8 @@
 //! Checks that need more than one frame or more than one service: states, times, and verdicts on them.
 //!
 //! Each file is a check, or a family of checks that shares its state and raises findings. [`Checks`] owns them all and
-//! passes on every frame from the bus with its meaning; it alone defines the order. Checks never change a node's
-//! configuration.
+//! passes on every frame from the bus with its meaning. Each of its methods is an input and lists the checks that take
+//! it, in their order; no check asks for a message elsewhere. Checks never change a node's configuration.
 
 pub mod description;
 pub mod drive;
@@ -11,6 +11,7 @@ pub mod error_frames;
 pub mod foreign;
 pub mod guarding;
 pub mod heartbeat;
+pub mod limits;
 pub mod lss;
 pub mod nmt;
 pub mod nodes;
@@ -29,6 +30,7 @@ use crate::bytes::frame::Frame;
 use crate::rules::pdo::Mpd001;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::{Mux, Side};
+use crate::wire::error_control::OPERATIONAL;
 use crate::wire::lss::Command;
 use crate::wire::message::Message;
 use crate::wire::pdo::communication_parameter;
@@ -342,17 +344,20 @@ impl Checks {
     ) -> Option<(u8, u8)> {
         self.sync.message(message, frame, nodes, cx);
         match *message {
-            Message::Heartbeat { node, state, .. } if state != 0x05 => self.srdos.not_operational(node),
-            Message::Nmt { .. } => self.srdos.interrupt(cx.at.no, false),
             Message::ErrorFrame => self.error_frames.follow(frame, cx),
-            _ => {}
-        }
-        match *message {
-            Message::Nmt { command, node } if node <= 127 => {
-                self.pdo_timing.commanded((node != 0).then_some(node), command);
+            Message::Nmt { command, node } => {
+                self.srdos.interrupt(cx.at.no, false);
+                if node <= 127 {
+                    self.pdo_timing.commanded((node != 0).then_some(node), command);
+                }
             }
             Message::BootUp { node } => self.pdo_timing.state(node, 0, cx),
-            Message::Heartbeat { node, state, .. } => self.pdo_timing.state(node, state, cx),
+            Message::Heartbeat { node, state, .. } => {
+                if state != OPERATIONAL {
+                    self.srdos.not_operational(node);
+                }
+                self.pdo_timing.state(node, state, cx);
+            }
             Message::Sync { .. } => self.pdo_timing.synced(cx),
             Message::PdoRequest { transmit: true, number, node } => {
                 if let Some(pdo) = nodes.get(node).and_then(|node| node.pdo(true, number)) {
@@ -360,12 +365,12 @@ impl Checks {
                     self.pdo_timing.requested(node, number);
                 }
             }
+            Message::Lss { command: Command::ActivateBitTiming { delay }, .. } => {
+                self.error_frames.switch(delay, cx);
+                self.pdo_timing.forget(None);
+                self.sync.lost();
+            }
             _ => {}
-        }
-        if let Message::Lss { command: Command::ActivateBitTiming { delay }, .. } = *message {
-            self.error_frames.switch(delay, cx);
-            self.pdo_timing.forget(None);
-            self.sync.lost();
         }
         self.lss.follow(message, frame, nodes, cx)
     }

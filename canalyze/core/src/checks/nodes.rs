@@ -25,7 +25,7 @@ use crate::world::network::Network;
 use crate::world::node::{Node, PerNode};
 
 /// Silence of the bus that was not recorded, in ns.
-pub(super) const PAUSE_NS: i64 = 10_000_000_000;
+const UNRECORDED_NS: i64 = 10_000_000_000;
 /// Maximum number of kept frames of wrong length.
 const MISSHAPEN: usize = 16;
 
@@ -335,7 +335,7 @@ impl Nodes {
 
     /// Returns true if the bus was silent before the current frame for so long that it was not recorded.
     pub fn paused(&self) -> bool {
-        self.silence_ns >= PAUSE_NS
+        self.silence_ns >= UNRECORDED_NS
     }
 
     /// Takes a PDO.

@@ -1,9 +1,10 @@
-//! Times by which a request counts as unanswered or given up.
+//! Times by which a request counts as unanswered or given up; that of any service is here.
 
 use super::wire::Mux;
 use crate::bytes::frame::FrameRef;
 
-/// Age in ns at which a request at the capture's end counts as unanswered (CiA 301 sets no limit).
+/// Age in ns at which a request of SDO, node guarding or LSS counts as unanswered: CiA 301 and CiA 305 set no limit; it is
+/// the time-out of CANopenNode's LSS master, and the longest one known.
 pub const UNANSWERED_NS: i64 = 1_000_000_000;
 /// The shortest time-out of known clients, in ns.
 pub const SHORTEST_TIMEOUT_NS: i64 = 300_000_000;

@@ -3,17 +3,13 @@
 
 use super::{AxisPlace, Sample, statusword};
 use crate::bytes::frame::FrameRef;
+use crate::checks::limits::{FAULT_EMCY_NS, FAULTS_TOGETHER_NS};
 use crate::evidence::Obligations;
 use crate::evidence::obligation::Owed;
 use crate::rules::drive::{Drv003, Drv005};
 use crate::rules::finding::{Code, Finding};
 use crate::wire::error_control::STOPPED;
 use crate::world::context::Context;
-
-/// Maximum time between a fault and its EMCY, in ns.
-const EMCY: i64 = 500_000_000;
-/// Faults of one device's axes within this time have one cause, in ns.
-const TOGETHER: i64 = 100_000_000;
 
 /// Faults that still wait for an EMCY: node, axis, statusword.
 #[derive(Debug, Default)]
@@ -35,14 +31,14 @@ impl EmcyDue {
         let node = place.node.id();
         // In 100 µs.
         let inhibit = place.node.value(0x1015, 0).map_or(0, |(time, _)| (time & 0xFFFF) as i64 * 100_000);
-        let apart = EMCY.max(inhibit);
+        let apart = FAULT_EMCY_NS.max(inhibit);
         let emcy = emcy.filter(|emcy| match before.at.t_ns.zip(emcy.t_ns) {
             Some((earliest, emcy)) => emcy >= earliest.saturating_sub(apart),
             None => emcy.no > before.at.no,
         });
         let together = |first: &FrameRef| {
             let times = first.t_ns.zip(fault.at.t_ns).filter(|_| first.no != fault.at.no);
-            times.is_some_and(|(first, then)| (0..TOGETHER).contains(&then.saturating_sub(first)))
+            times.is_some_and(|(first, then)| (0..FAULTS_TOGETHER_NS).contains(&then.saturating_sub(first)))
         };
         let because_of = emcy.or(first.filter(together));
         if because_of.is_none() {

@@ -11,6 +11,7 @@ mod duplicate_id;
 use std::collections::{BTreeMap, BTreeSet};
 
 use self::duplicate_id::{DuplicateId, SeriesPlace};
+use super::limits::POWER_UP_NS;
 use crate::bytes::frame::FrameRef;
 use crate::evidence::circumstance::CircumstanceKind;
 use crate::evidence::duplicates::Sighting;
@@ -27,8 +28,6 @@ use crate::world::node::{Node, PerNode};
 
 /// Minimum tolerance for a late heartbeat, in ns: hosts and small controllers are late by this now and then.
 const LEAST_SLACK_NS: i64 = 20_000_000;
-/// Nodes switched on together have booted within this time, in ns.
-const POWER_UP_NS: i64 = 5_000_000_000;
 /// The shortest period, in ns (1017h counts in ms). Shorter gaps come from a buffer and show no period.
 const SHORTEST_NS: i64 = 1_000_000;
 /// Number of gaps that show the period before a change, if they deviate from it by at most 1/`EVEN_PART`.

@@ -3,13 +3,12 @@
 //! LSS frames carry no number, so only the last request of each kind is kept. Verdicts are given in `checks::lss`.
 
 use crate::bytes::frame::FrameRef;
+use crate::sdo::limits::UNANSWERED_NS;
 use crate::wire::lss::{Bound, Command, LssSetting, Part};
 
 /// Maximum number of kept answers that may have been captured before their request.
 const EARLY: usize = 8;
-/// Maximum time to an answer: 1 s, the time-out of CANopenNode's master and the longest one known.
-const ANSWER_NS: i64 = 1_000_000_000;
-/// The same for a slave that writes its memory.
+/// Maximum time to an answer of a slave that writes its memory, in ns.
 const STORE_NS: i64 = 5_000_000_000;
 
 /// A kind of request that is answered.
@@ -121,7 +120,7 @@ impl Exchange {
 
     /// Returns the maximum time to the answer, in ns.
     pub fn limit_ns(self) -> i64 {
-        if self == Self::Store { STORE_NS } else { ANSWER_NS }
+        if self == Self::Store { STORE_NS } else { UNANSWERED_NS }
     }
 }
 

@@ -6,12 +6,10 @@
 
 use super::withheld::Withheld;
 use crate::bytes::frame::FrameRef;
+use crate::checks::limits::BOOT_NS;
 use crate::rules::lss::Lss005;
 use crate::wire::nmt::RESET_COMMUNICATION;
 use crate::world::context::Context;
-
-/// Maximum time of a boot-up: 3 s. CiA 305 and CiA 301 set no limit; real nodes take well below 2 s.
-const BOOT_NS: i64 = 3_000_000_000;
 
 /// A slave's previous node-ID.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -11,6 +11,7 @@ pub mod permissions;
 
 use self::commandless::Commandless;
 use self::node_state::{NodeState, PendingCommand, Reports, Spontaneous, Suspect, bit, bits_of};
+use super::limits::{BOOT_NS, POWER_UP_NS};
 use crate::bytes::frame::FrameRef;
 use crate::evidence::Obligations;
 use crate::evidence::circumstance::CircumstanceKind as Circumstance;
@@ -28,9 +29,7 @@ use crate::world::node::PerNode;
 
 /// Silence of the bus, in ns, after which boot-ups belong to a network that was switched on.
 pub(super) const SWITCHED_ON_NS: i64 = 2_000_000_000;
-/// Maximum time between the boot-ups of nodes switched on together, in ns.
-const POWER_UP_NS: i64 = 5_000_000_000;
-/// The same in frames, used without stamps.
+/// Maximum number of frames between the boot-ups of nodes switched on together, used without stamps.
 const TOGETHER: u64 = 10;
 /// Time in which several resets in a row may cause as many boot-ups, in ns.
 pub(super) const RESETS_NS: i64 = 1_000_000_000;
@@ -41,9 +40,7 @@ const TWO_BOOT_UPS_NS: i64 = 20_000_000;
 /// A node that boots within this time after its last heartbeat did not lose its power, in ns; or within the time after
 /// which heartbeats are missing.
 const RESTART_NS: i64 = 1_000_000_000;
-/// Maximum time of a boot-up after a reset, in ns: CiA 301 sets no limit, real nodes take well below 2 s.
-const BOOT_NS: i64 = 3_000_000_000;
-/// The same at the end of a capture, for a node that has sent nothing since.
+/// Maximum time of a boot-up after a reset at the end of a capture, in ns, for a node that has sent nothing since.
 const LEAST_BOOT_NS: i64 = 1_000_000_000;
 /// Time for which a node seen first after a command may show its old state, in ns.
 const FIRST_SEEN_NS: i64 = 1_000_000_000;

@@ -1,6 +1,7 @@
 //! One node's NMT state as far as the capture shows it: its reports, commands, and unexplained changes.
 
-use super::{BOOT_NS, LEAST_BOOT_NS, RESETS_NS};
+use super::super::limits::BOOT_NS;
+use super::{LEAST_BOOT_NS, RESETS_NS};
 use crate::bytes::frame::FrameRef;
 use crate::evidence::When;
 use crate::rules::finding::Finding;

@@ -12,16 +12,13 @@ use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Grade, Problem, StepRole, Subject, bit};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
+use crate::checks::limits::{FAULT_EMCY_NS, FAULTS_TOGETHER_NS};
 use crate::rules::finding::{Code, Finding, Quantity};
 use crate::sdo::transfer::{Status, Transfer};
 use crate::wire::pdo::mapping::extract;
 use crate::world::drive::{DriveObject, DriveState, PROFILE};
 use crate::world::event::{ProcessData, Signals, Unmapped};
 
-/// Maximum distance of an emergency and a fault of one node that are one problem, in ns, whichever comes first.
-const SAME_NS: i64 = 500_000_000;
-/// Maximum distance of faults of several axes of one device with one cause, in ns.
-const TOGETHER_NS: i64 = 100_000_000;
 /// Time after which a drive in fault when first seen is reported, in ns; one that was just switched on is reset before.
 const SEEN_NS: i64 = 3_000_000_000;
 
@@ -151,13 +148,14 @@ impl Drives {
         let near =
             |one: &Problem, ns: i64| at.since(one.repeats.since).is_some_and(|since| since.saturating_abs() <= ns);
         let open = self.faults.get(&node).copied();
-        let open = open
-            .filter(|place| scene.ledger.get(*place).is_some_and(|one| one.end.is_none() && near(one, TOGETHER_NS)));
+        let open = open.filter(|place| {
+            scene.ledger.get(*place).is_some_and(|one| one.end.is_none() && near(one, FAULTS_TOGETHER_NS))
+        });
         let place = open.or_else(|| {
             scene.ledger.last(scene.id, |one| {
                 let reported = !one.clue.reported.is_empty();
                 let explains = because.is_some_and(|frame| one.holds(frame));
-                one.subject.node == Some(node) && reported && (near(one, SAME_NS) || explains)
+                one.subject.node == Some(node) && reported && (near(one, FAULT_EMCY_NS) || explains)
             })
         });
         let again = || {

@@ -18,5 +18,4 @@ pub(super) mod nodes;
 pub(super) mod pdos;
 pub(super) mod rules;
 
-/// Maximum time after its end in which a problem that recurs is the same, in ns.
-pub(super) const AGAIN_NS: i64 = 10_000_000_000;
+pub(super) use crate::checks::limits::AGAIN_NS;
