@@ -3,6 +3,22 @@
 //! [`EXCUSES`] has a row for each: the circumstance, its scope, and the rules that it suspends. An excused breach is
 //! not dropped: it is reported as a consequence, linked to the frame of the circumstance. Circumstances are noted by
 //! the code that detects them.
+//!
+//! Only a certain breach is excused. Rules without a row need none, since these circumstances leave them no certain
+//! breach, and a row could only turn a verdict that holds into a consequence:
+//!
+//! | rules | behind a hole or in a new recording | in stalls, pauses and steps of the clock |
+//! |---|---|---|
+//! | HBT, GRD | nothing is owed until the node is heard again | ages are bounds (`Recording::certainly_later`); a deadline that falls into a silence of the whole bus begins again at its end (`Recording::silence`, `was_silent`) |
+//! | EMC | active errors remain; no age is known across it | ages are bounds (`Recording::certainly_within`) |
+//! | LSS | selections, scans and open requests are unknown | nothing is overdue in a burst of the recorder |
+//! | TIM | no age is known across it | ages are bounds; a silence that was not recorded begins anew |
+//! | SYN, its period | the next gap is skipped | the phase of later SYNCs decides (`checks::sync::period`) |
+//! | SDO, structure | the state of the channel is unknown (`sdo::hypotheses`) | the order alone is judged |
+//! | DRV | states and controlwords are unknown | ages are bounds |
+//!
+//! Two more circumstances link a finding of any rule when it is reported: frames that the recorder lost one by one
+//! (`Recording::explain_by_losses`), and a node whose loss is reported while the finding waits (`Pending`).
 
 use std::collections::VecDeque;
 
@@ -58,6 +74,8 @@ pub enum Rules {
     SdoAnswer,
     /// NMT states.
     Nmt,
+    /// A gap in which a node was lost that may be the producer of SYNC.
+    SyncGap,
 }
 
 /// The scope of a circumstance.
@@ -71,7 +89,7 @@ enum Scope {
     Node,
 }
 
-use Rules::{EventPdo, Nmt, PdoLength, SdoAnswer, SdoTime, Srdo, Sync, SynchronousPdo};
+use Rules::{EventPdo, Nmt, PdoLength, SdoAnswer, SdoTime, Srdo, Sync, SyncGap, SynchronousPdo};
 
 /// The excuses: circumstance, scope, rules. A kind or group is listed once it is noted or asked for.
 const EXCUSES: &[(CircumstanceKind, Scope, &[Rules])] = &[
@@ -81,6 +99,7 @@ const EXCUSES: &[(CircumstanceKind, Scope, &[Rules])] = &[
     (CircumstanceKind::SyncBroken, Scope::Bus, &[SynchronousPdo]),
     (CircumstanceKind::TwoSyncProducers, Scope::Bus, &[Sync, SynchronousPdo]),
     (CircumstanceKind::NodeLost, Scope::Node, &[SynchronousPdo, EventPdo, Srdo, SdoTime, SdoAnswer]),
+    (CircumstanceKind::NodeLost, Scope::Bus, &[SyncGap]),
     (CircumstanceKind::SharedId, Scope::Node, &[Nmt]),
     (CircumstanceKind::SharedIdentifier, Scope::Node, &[SynchronousPdo, EventPdo, PdoLength]),
 ];
@@ -118,9 +137,10 @@ impl Circumstances {
         self.past.retain(|one| one.kind != kind || one.node != node);
     }
 
-    /// Returns the frame of the first circumstance of a kind that was noted after a frame and lasts.
-    pub fn noted_since(&self, kind: CircumstanceKind, since: FrameRef) -> Option<FrameRef> {
-        self.past.iter().find(|one| one.kind == kind && one.when.at.no > since.no).map(|one| one.when.at)
+    /// Returns the frame of the first circumstance that was noted after a frame, is not over, and excuses a breach of such
+    /// rules by the bus.
+    pub fn first_excuse(&self, rules: Rules, since: FrameRef) -> Option<FrameRef> {
+        self.past.iter().find(|one| one.when.at.no > since.no && one.excuses(rules, None)).map(|one| one.when.at)
     }
 
     /// Returns true if a circumstance is recent or lasts.
@@ -141,13 +161,17 @@ impl Circumstances {
         let found = past.find(|one| {
             let between = recording.may_precede(since, one.when) && one.when.at.no <= until.no;
             let concerns = one.kind.lasts() || between;
-            concerns && EXCUSES.iter().any(|row| one.fits(row, rules, node))
+            concerns && one.excuses(rules, node)
         });
         found.map(|one| one.when.at)
     }
 }
 
 impl Circumstance {
+    fn excuses(&self, rules: Rules, node: Option<u8>) -> bool {
+        EXCUSES.iter().any(|row| self.fits(row, rules, node))
+    }
+
     fn fits(
         &self,
         (kind, scope, families): &(CircumstanceKind, Scope, &[Rules]),

@@ -335,10 +335,7 @@ impl OfBus {
 
     /// Passes on a statusword of an axis.
     pub(super) fn drive(&mut self, change: &Change, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) -> bool {
-        if let Change::Drive { node, axis, statusword, state: Some(state), previous, .. } = *change {
-            let scene = scene!(self, ledger, bus, id, at);
-            self.motions.reported((node, axis), (statusword, state), previous, scene);
-        }
+        self.motions.reported(change, scene!(self, ledger, bus, id, at));
         false
     }
 

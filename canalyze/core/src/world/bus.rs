@@ -11,7 +11,7 @@ mod unconfirmed;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use self::drives::{reported, reporting};
+use self::drives::reported;
 use self::learning::{known, renewed};
 use crate::bytes::frame::{CanId, Frame, FrameRef, Kind};
 use crate::checks;
@@ -419,7 +419,7 @@ impl Bus {
         let refuted = asked.map(|asked| (asked.cob.is_some(), asked.is_refuted_by(frame.len)));
         let sync = self.checks.sync.place(node, known, frame, cx.evidence.recording.lag_ns());
         let (content, fit) = self.checks.content(name, content, frame);
-        let reporting = reporting(transmit, &content);
+        let own = cx.events.len();
         let consumed = (transmit && fit.is_by_own_mapping()).then(|| self.by_consumer(frame));
         let data = ProcessData { transmit, number, node, content, state: self.checks.nodes.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
@@ -427,9 +427,7 @@ impl Bus {
             return;
         }
         self.checks.due(frame, cx);
-        if let Some(reporting) = &reporting {
-            reported(&mut self.publisher, node, reporting, frame, cx);
-        }
+        reported(&mut self.publisher, own, frame, cx);
         self.checks.process_data(name, known, fit, &self.nodes, frame, cx);
         if let Some(consumed) = consumed {
             self.checks.consumed(name, &consumed, &self.nodes, frame, cx);

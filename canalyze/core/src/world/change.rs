@@ -230,20 +230,12 @@ impl Publisher {
     }
 
     /// Returns the change that a statusword shows, the object at `index`; `None` if a later one is known.
-    pub fn statusword(
-        &mut self,
-        node: u8,
-        index: u16,
-        statusword: u16,
-        at: FrameRef,
-        by: DriveEvidence,
-    ) -> Option<Change> {
+    pub fn statusword(&mut self, node: u8, index: u16, word: u16, at: FrameRef, by: DriveEvidence) -> Option<Change> {
         let axis = drive::axis(index)?;
         let last = self.nodes.entry(node).axes.get_mut(usize::from(axis)).filter(|last| at.no >= last.at.no)?;
-        let state = DriveState::of(statusword);
-        let previous = last.word.replace(statusword);
+        let (state, previous) = (DriveState::of(word), last.word.replace(word));
         (last.state, last.at) = (state, at);
-        Some(Change::Drive { node, axis, statusword, state, previous, by })
+        Some(Change::Drive { node, axis, statusword: word, state, previous, by })
     }
 
     /// Returns the axes of a node whose state is known, each with its number from 0, its state, and the frame of its last

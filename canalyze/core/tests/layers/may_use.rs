@@ -280,16 +280,7 @@ pub(crate) const MAY_USE: &[Row] = &[
     ("bytes::writers::mcap", &["bytes::frame", "bytes::readers", "rules::finding", "world::event", "words"]),
     (
         "words::signal",
-        &[
-            "words::digits",
-            "words::escape",
-            "sdo::wire",
-            "world::od",
-            "words::profiles",
-            "world::drive",
-            "wire::pdo",
-            "words",
-        ],
+        &["words::digits", "words::escape", "sdo::wire", "world::od", "world::drive", "wire::pdo", "words"],
     ),
     (
         "bytes::writers::mcap::decoded",
@@ -300,7 +291,6 @@ pub(crate) const MAY_USE: &[Row] = &[
             "world::od",
             "rules::finding",
             "sdo::transfer",
-            "world::drive",
             "wire::message",
             "wire::pdo",
             "wire",

@@ -259,7 +259,7 @@ impl Sync {
         let long = self.period.is_overdue(at);
         let spread_ns = self.follower.spread_ns(self.cycle());
         let before = self.period.frame(self.cycle());
-        let lost = before.and_then(|last| cx.evidence.circumstances.noted_since(CircumstanceKind::NodeLost, last));
+        let lost = before.and_then(|last| cx.evidence.circumstances.first_excuse(Rules::SyncGap, last));
         self.lost = lost.map(|at| (self.cycle() + 1, at)).or(self.lost);
         let irregular = self.period.step(cx.when, (stopped, silent, spread_ns), &cx.evidence.recording);
         match counter {

@@ -17,6 +17,7 @@ use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Status, Transfer};
 use crate::wire::error_control::OPERATIONAL;
 use crate::wire::pdo::mapping::extract;
+use crate::world::change::Change;
 use crate::world::drive::{self, DriveState};
 use crate::world::event::{ProcessData, Signals};
 use crate::world::od::first_axis;
@@ -236,15 +237,10 @@ impl Motions {
         }
     }
 
-    /// Processes a statusword that shows a state, after the statusword `before`.
-    pub(in crate::stories) fn reported(
-        &mut self,
-        name: AxisKey,
-        (word, state): (u16, DriveState),
-        before: Option<u16>,
-        scene: &mut Scene<'_>,
-    ) {
-        let (at, before) = (scene.at, before.and_then(DriveState::of));
+    /// Processes a statusword.
+    pub(in crate::stories) fn reported(&mut self, change: &Change, scene: &mut Scene<'_>) {
+        let Change::Drive { node, axis, statusword: word, state: Some(state), previous, .. } = *change else { return };
+        let (at, name, before) = (scene.at, (node, axis), previous.and_then(DriveState::of));
         let axis = self.axes.entry(name).or_default();
         let enabled = state == DriveState::OperationEnabled;
         axis.reset &= state == DriveState::Fault;

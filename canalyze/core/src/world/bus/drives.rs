@@ -8,38 +8,24 @@ use super::Bus;
 use crate::bytes::frame::Frame;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
-use crate::wire::pdo::mapping::Mapping;
 use crate::world::change::{DriveEvidence, Publisher};
-use crate::world::configuration::Provenance;
 use crate::world::context::Context;
 use crate::world::drive::DriveState;
-use crate::world::event::{Event, Signals, What};
+use crate::world::event::{Event, ProcessData, Signals, What};
 use crate::world::node::Node;
 
-/// Returns the mapping of a TPDO if it has a statusword.
-pub(super) fn reporting(transmit: bool, content: &Signals) -> Option<(Arc<Mapping>, Provenance)> {
-    match content {
-        Signals::Mapped(mapping, from) if transmit && !mapping.statuswords.is_empty() => {
-            Some((Arc::clone(mapping), *from))
-        }
-        _ => None,
-    }
-}
-
-/// Publishes the states that a TPDO shows.
-pub(super) fn reported(
-    publisher: &mut Publisher,
-    node: u8,
-    (mapping, from): &(Arc<Mapping>, Provenance),
-    frame: &Frame,
-    cx: &mut Context<'_>,
-) {
-    for place in &mapping.statuswords {
-        let Some(mapped) = mapping.entries.get(usize::from(*place)) else { continue };
-        let Some(word) = mapping.raw(mapped, frame.payload()) else { continue };
-        let by = DriveEvidence::Pdo(*from);
-        if let Some(change) = publisher.statusword(node, mapped.index, word as u16, cx.at, by) {
-            cx.push(None, Some(node), What::Change(change));
+/// Publishes the states that a PDO shows, whose event is at a place.
+#[inline]
+pub(super) fn reported(publisher: &mut Publisher, place: usize, frame: &Frame, cx: &mut Context<'_>) {
+    if let Some(What::Pdo(ProcessData { transmit: true, node, content: Signals::Mapped(mapping, from), .. })) =
+        cx.events.get(place).map(|event| &event.what)
+        && !mapping.statuswords.is_empty()
+    {
+        let (node, mapping, by) = (*node, Arc::clone(mapping), DriveEvidence::Pdo(*from));
+        for mapped in mapping.statuswords.iter().filter_map(|place| mapping.entries.get(usize::from(*place))) {
+            let word = mapping.raw(mapped, frame.payload()).map(|raw| raw as u16);
+            let change = word.and_then(|word| publisher.statusword(node, mapped.index, word, cx.at, by));
+            change.into_iter().for_each(|change| cx.push(None, Some(node), What::Change(change)));
         }
     }
 }

@@ -5,7 +5,7 @@
 //! never use them.
 
 use super::Bus;
-use super::drives::{reported, reporting};
+use super::drives::reported;
 use super::learning::known;
 use crate::bytes::frame::Frame;
 use crate::checks::PdoName;
@@ -24,15 +24,13 @@ impl Bus {
     pub(super) fn unconfirmed(&mut self, name: PdoName, content: Signals, frame: &Frame, cx: &mut Context<'_>) {
         let PdoName { transmit, number, node } = name;
         let data = ProcessData { transmit, number, node, content, state: self.checks.nodes.state(node), sync: None };
-        let reporting = reporting(transmit, &data.content);
+        let own = cx.events.len();
         cx.push(None, Some(node), What::Pdo(data));
         if cx.sighting == Sighting::Duplicate {
             return;
         }
         self.checks.due(frame, cx);
-        if let Some(reporting) = &reporting {
-            reported(&mut self.publisher, node, reporting, frame, cx);
-        }
+        reported(&mut self.publisher, own, frame, cx);
         if !transmit {
             self.checks.drives.blind(node, cx);
         }
