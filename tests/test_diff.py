@@ -200,6 +200,38 @@ def test_a_poll_is_compared_by_its_pace_only() -> None:
     assert [(row["what"], row["index"]) for row in said.differences] == [("poll", "6064")], complaint(said)
 
 
+def test_states_that_only_a_poll_shows() -> None:
+    """A poll may miss a state between two others."""
+
+    def run(*statuswords: int) -> bytes:
+        frames = exchange(1_000_000, "2B17100064000000", "6017100000000000")
+        for number, word in enumerate(statuswords):
+            answer = f"4B416000{word.to_bytes(2, 'little').hex()}0000"
+            frames += exchange(1_100_000 + number * 100_000, "4041600000000000", answer)
+        return log_text(frames)
+
+    ready, on, enabled = 0x0231, 0x0233, 0x0237
+    assert not compared(run(*[ready] * 9, on, *[enabled] * 10), run(*[ready] * 10, *[enabled] * 10)).differences
+
+
+def test_a_state_that_pdos_show_is_a_difference() -> None:
+    mapped = [
+        ("2F001A0000000000", "60001A0000000000"),
+        ("23001A0110004160", "60001A0100000000"),
+        ("2F001A0001000000", "60001A0000000000"),
+    ]
+
+    def run(*statuswords: int) -> bytes:
+        frames = [frame for number, pair in enumerate(mapped) for frame in exchange(900_000 + number * 1_000, *pair)]
+        for number, word in enumerate(statuswords):
+            frames.append(CanFrame("can0", 0x185, word.to_bytes(2, "little"), 1_000_000 + number * 10_000))
+        return log_text(frames)
+
+    ready, on, enabled = 0x0231, 0x0233, 0x0237
+    said = compared(run(*[ready] * 30, on, *[enabled] * 30), run(*[ready] * 31, *[enabled] * 30))
+    assert [row["what"] for row in said.differences] == ["drive_state"], complaint(said)
+
+
 def polled(start: int, seed: int, share: tuple[float, float]) -> list[CanFrame]:
     """A part of a session in which only the values of a poll say where it belongs; the rest comes twice."""
     chance = random.Random(seed)

@@ -17,7 +17,7 @@ use crate::sdo::wire::Mux;
 use crate::wire::cob_id::Role;
 use crate::wire::message::Message;
 use crate::wire::pdo::mapping::Mapping;
-use crate::world::change::{Change, EmcyChange};
+use crate::world::change::{Change, DriveEvidence, EmcyChange};
 use crate::world::dictionary::Described;
 use crate::world::drive::DriveState;
 use crate::world::event::{Event, ProcessData, Signals, What};
@@ -431,11 +431,14 @@ impl Digest {
                 }
                 self.pass(frame, (node, Service::ErrorControl), at, None);
             }
-            Change::Drive { node, axis, state, previous, .. } => {
-                let kind = ItemKind::Drive(axis);
-                self.known(bus, (node, kind), at);
-                if previous.is_some() && change.is_news() {
-                    self.add(bus, (node, kind), one(Action::Drive(state)));
+            Change::Drive { node, axis, state, previous, by, .. } => {
+                let key = (node, ItemKind::Drive(axis));
+                let is_known = self.lines.get(&bus).is_some_and(|line| line.known.contains_key(&key));
+                // What only a poll shows is compared by its pace.
+                if is_known && previous.is_some() && change.is_news() {
+                    self.add(bus, key, one(Action::Drive(state)));
+                } else if by != DriveEvidence::Sdo {
+                    self.known(bus, key, at);
                 }
             }
             Change::Error(EmcyChange { node, code, register, .. }) => {
