@@ -200,6 +200,10 @@ def test_a_poll_is_compared_by_its_pace_only() -> None:
     assert [(row["what"], row["index"]) for row in said.differences] == [("poll", "6064")], complaint(said)
 
 
+READY, ON, ENABLED = 0x0231, 0x0233, 0x0237
+"""Statuswords."""
+
+
 def test_states_that_only_a_poll_shows() -> None:
     """A poll may miss a state between two others."""
 
@@ -210,25 +214,36 @@ def test_states_that_only_a_poll_shows() -> None:
             frames += exchange(1_100_000 + number * 100_000, "4041600000000000", answer)
         return log_text(frames)
 
-    ready, on, enabled = 0x0231, 0x0233, 0x0237
-    assert not compared(run(*[ready] * 9, on, *[enabled] * 10), run(*[ready] * 10, *[enabled] * 10)).differences
+    assert not compared(run(*[READY] * 9, ON, *[ENABLED] * 10), run(*[READY] * 10, *[ENABLED] * 10)).differences
 
 
-def test_a_state_that_pdos_show_is_a_difference() -> None:
+def driven(*statuswords: int, lost: int | None = None) -> bytes:
+    """A drive whose TPDO1 has the statusword; frames are lost before the statusword of that number."""
     mapped = [
         ("2F001A0000000000", "60001A0000000000"),
         ("23001A0110004160", "60001A0100000000"),
         ("2F001A0001000000", "60001A0000000000"),
     ]
+    frames = [frame for number, pair in enumerate(mapped) for frame in exchange(900_000 + number * 1_000, *pair)]
+    before = len(frames)
+    for number, word in enumerate(statuswords):
+        frames.append(CanFrame("can0", 0x185, word.to_bytes(2, "little"), 1_000_000 + number * 10_000))
+    lines = log_text(frames).decode().splitlines(keepends=True)
+    if lost is not None:
+        lines.insert(before + lost, "DROPCOUNT: dropped 5 CAN frames on 'can0' socket (total drops 5)\n")
+    return "".join(lines).encode()
 
-    def run(*statuswords: int) -> bytes:
-        frames = [frame for number, pair in enumerate(mapped) for frame in exchange(900_000 + number * 1_000, *pair)]
-        for number, word in enumerate(statuswords):
-            frames.append(CanFrame("can0", 0x185, word.to_bytes(2, "little"), 1_000_000 + number * 10_000))
-        return log_text(frames)
 
-    ready, on, enabled = 0x0231, 0x0233, 0x0237
-    said = compared(run(*[ready] * 30, on, *[enabled] * 30), run(*[ready] * 31, *[enabled] * 30))
+def test_a_state_that_pdos_show_is_a_difference() -> None:
+    said = compared(driven(*[READY] * 30, ON, *[ENABLED] * 30), driven(*[READY] * 31, *[ENABLED] * 30))
+    assert [row["what"] for row in said.differences] == ["drive_state"], complaint(said)
+
+
+@pytest.mark.parametrize("lost", [30, 32])
+def test_a_state_before_lost_frames_and_another_one_after_them(lost: int) -> None:
+    states = [READY] * 30 + [ENABLED] * 30
+    assert not compared(driven(*states), driven(*states, lost=lost)).differences
+    said = compared(driven(*[READY] * 60, lost=lost), driven(*states, lost=lost))
     assert [row["what"] for row in said.differences] == ["drive_state"], complaint(said)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from bisect import bisect_right
 from pathlib import Path
 from typing import Any
@@ -67,3 +68,22 @@ def test_a_lane_shows_the_last_statusword(path: Path) -> None:
             place = bisect_right(frames, frame) - 1
             assert (rows[place]["class"] if place >= 0 else None) == state, (key, frame)
     assert all(key in lanes for key, shown in words.items() if any(shown.values()))
+
+
+def exchange(t_ms: int, request: str, answer: str) -> str:
+    return f"(1.{t_ms:03}0) can0 605#{request}\n(1.{t_ms:03}5) can0 585#{answer}\n"
+
+
+@pytest.mark.parametrize("profile, states", [(402, ["ready-to-switch-on", "operation-enabled"]), (406, [])])
+def test_only_a_drive_has_states_of_one(profile: int, states: list[str]) -> None:
+    """6041h of an encoder is no statusword, whatever its PDOs carry."""
+    capture = exchange(0, "4000100000000000", f"43001000{profile.to_bytes(4, 'little').hex()}")
+    capture += exchange(1, "2F001A0000000000", "60001A0000000000")
+    capture += exchange(2, "23001A0110004160", "60001A0100000000")
+    capture += exchange(3, "2F001A0001000000", "60001A0000000000")
+    capture += "(1.1000) can0 185#3102\n(1.1100) can0 185#3702\n"
+    session = _core.Session(SessionOptions(format="observed", lang="en"))
+    session.begin("x.log", True, "candump")
+    said = session.feed(capture.encode()) + session.end() + session.finish()
+    rows = [json.loads(line) for line in said.splitlines()]
+    assert [row["state"] for row in rows if row["kind"] == "observed_drive"] == states

@@ -224,6 +224,28 @@ def test_words_of_states(decoded: tuple[Path, bytes]) -> None:
             assert one.message.statusword_text
 
 
+def test_states_that_uploads_show() -> None:
+    """A message for each other state, also where no PDO shows it."""
+    words = [0x0231, 0x0631, 0x0237, 0x0022, 0x0231]
+    capture = "".join(
+        f"({number}.0) can0 605#4041600000000000\n({number}.1) can0 585#4B416000{word & 0xFF:02X}{word >> 8:02X}0000\n"
+        for number, word in enumerate(words, 1)
+    )
+    shown = [one for one in said(mcap(capture.encode(), decoded=True)) if one.topic == "/can0/node5/drive_state"]
+    assert [(one.frame, one.message.statusword) for one in shown] == [
+        (2, 0x0231),
+        (6, 0x0237),
+        (8, 0x0022),
+        (10, 0x0231),
+    ]
+    assert [one.message.state for one in shown] == [
+        "ready to switch on",
+        "operation enabled",
+        "",
+        "ready to switch on",
+    ]
+
+
 def test_events(decoded: tuple[Path, bytes], canalyze: Runner) -> None:
     capture, data = decoded
     text = canalyze("--lang", "en", "decode", "--format", "jsonl", *NETWORK, str(capture)).out

@@ -62,7 +62,7 @@ pub enum Change {
         statusword: u16,
         /// `None` if CiA 402 does not define the statusword.
         state: Option<DriveState>,
-        /// The statusword before it, also before a restart; `None` if unknown.
+        /// The statusword before it, also before a restart or lost frames; `None` if it is the first.
         previous: Option<u16>,
         /// The source of the statusword.
         by: DriveEvidence,
@@ -179,11 +179,11 @@ struct LastPublished {
 /// The last statusword of an axis.
 #[derive(Clone, Copy, Debug, Default)]
 struct LastStatusword {
-    /// The state that it showed; `None` once the node has restarted.
+    /// The state that it showed; `None` once the node has restarted or frames were lost.
     state: Option<DriveState>,
-    /// The statusword itself, also after a restart.
+    /// The statusword itself, also after that.
     word: Option<u16>,
-    /// Its frame, or a later restart.
+    /// Its frame, or that of a later restart or loss.
     at: FrameRef,
 }
 
@@ -270,7 +270,7 @@ impl Publisher {
 
     /// Forgets the states after lost frames behind this one.
     pub fn forget(&mut self, at: FrameRef) {
-        self.nodes.iter_mut().for_each(|(_, last)| *last = LastPublished::default());
+        self.nodes.iter_mut().for_each(|(_, last)| *last = LastPublished { axes: last.axes, ..Default::default() });
         self.restart(None, at);
     }
 }
@@ -329,6 +329,6 @@ mod tests {
         all.forget(frame(7));
         assert_eq!(known(&all), []);
         assert_eq!(take(&mut all, 6, 0x0237), None);
-        assert_eq!(take(&mut all, 8, 0x0237), Some((Some(OperationEnabled), None, true)));
+        assert_eq!(take(&mut all, 8, 0x0231), Some((Some(ReadyToSwitchOn), Some(0x0237), true)));
     }
 }

@@ -431,11 +431,11 @@ impl Digest {
                 }
                 self.pass(frame, (node, Service::ErrorControl), at, None);
             }
-            Change::Drive { node, axis, state, previous, by, .. } => {
+            Change::Drive { node, axis, state, by, .. } => {
                 let key = (node, ItemKind::Drive(axis));
                 let is_known = self.lines.get(&bus).is_some_and(|line| line.known.contains_key(&key));
                 // What only a poll shows is compared by its pace.
-                if is_known && previous.is_some() && change.is_news() {
+                if is_known && change.is_news() {
                     self.add(bus, key, one(Action::Drive(state)));
                 } else if by != DriveEvidence::Sdo {
                     self.known(bus, key, at);

@@ -156,7 +156,7 @@ impl Mapping {
                 factor: 1.0,
             });
         }
-        mapping
+        Self::new(mapping.entries, mapping.bits)
     }
 
     /// Returns the minimum frame length for all entries, in bytes.
