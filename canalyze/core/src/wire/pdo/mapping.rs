@@ -101,7 +101,7 @@ pub struct Mapping {
     /// Length of all entries, in bits.
     pub bits: u16,
     /// The places of the entries that are statuswords of drives (6041h of any axis).
-    pub statuswords: Vec<u8>,
+    pub statuswords: Vec<usize>,
     /// The constant text of each entry by language, created by `text` on first use, since these names and units are in
     /// nine tenths of all lines.
     pub written: [OnceLock<Vec<Written>>; 2],
@@ -127,7 +127,7 @@ pub struct Written {
 impl Mapping {
     /// Creates a mapping of `bits` bits from its entries.
     pub fn new(entries: Vec<Mapped>, bits: u16) -> Self {
-        let places = (0..).zip(&entries);
+        let places = entries.iter().enumerate();
         let statuswords = places.filter_map(|(place, one)| one.is_statusword().then_some(place)).collect();
         Self { entries, bits, statuswords, written: Default::default() }
     }

@@ -22,7 +22,7 @@ pub(super) fn reported(publisher: &mut Publisher, place: usize, frame: &Frame, c
         && !mapping.statuswords.is_empty()
     {
         let (node, mapping, by) = (*node, Arc::clone(mapping), DriveEvidence::Pdo(*from));
-        for mapped in mapping.statuswords.iter().filter_map(|place| mapping.entries.get(usize::from(*place))) {
+        for mapped in mapping.statuswords.iter().filter_map(|place| mapping.entries.get(*place)) {
             let word = mapping.raw(mapped, frame.payload()).map(|raw| raw as u16);
             let change = word.and_then(|word| publisher.statusword(node, mapped.index, word, cx.at, by));
             change.into_iter().for_each(|change| cx.push(None, Some(node), What::Change(change)));
