@@ -179,7 +179,7 @@ struct LastPublished {
 /// The last statusword of an axis.
 #[derive(Clone, Copy, Debug, Default)]
 struct LastStatusword {
-    /// The state that it showed; `None` once the node has restarted or frames were lost.
+    /// The state that one with a sure source showed; `None` once the node has restarted or frames were lost.
     state: Option<DriveState>,
     /// The statusword itself, also after that.
     word: Option<u16>,
@@ -234,11 +234,13 @@ impl Publisher {
         let axis = drive::axis(index)?;
         let last = self.nodes.entry(node).axes.get_mut(usize::from(axis)).filter(|last| at.no >= last.at.no)?;
         let (state, previous) = (DriveState::of(word), last.word.replace(word));
-        (last.state, last.at) = (state, at);
+        if by.is_sure() {
+            (last.state, last.at) = (state, at);
+        }
         Some(Change::Drive { node, axis, statusword: word, state, previous, by })
     }
 
-    /// Returns the axes of a node whose state is known, each with its number from 0, its state, and the frame of its last
+    /// Returns the axes of a node whose state is known by a sure source, each with its number from 0, its state, and the frame of its last
     /// statusword.
     pub fn axes(&self, node: u8) -> impl Iterator<Item = (usize, DriveState, FrameRef)> {
         let axes = self.nodes.get(node).into_iter().flat_map(|last| last.axes.iter().enumerate());
@@ -322,6 +324,10 @@ mod tests {
         all.restart(Some(6), frame(2));
         assert_eq!(known(&all), [(1, OperationEnabled, 1)]);
         all.restart(Some(5), frame(4));
+        assert_eq!(known(&all), []);
+        // Its mapping may have changed.
+        let by = DriveEvidence::Pdo(Provenance::Doubted(1));
+        assert!(all.statusword(5, 0x6841, 0x0237, frame(5), by).is_some());
         assert_eq!(known(&all), []);
         // From before the restart.
         assert_eq!(take(&mut all, 3, 0x0237), None);

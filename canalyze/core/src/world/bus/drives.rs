@@ -44,12 +44,11 @@ impl Bus {
         else {
             return;
         };
-        let (node, at) = (transfer.node, transfer.last);
+        let (node, at, word) = (transfer.node, transfer.last, u16::from_le_bytes([low, high]));
         let is_statusword = |known: &Node| known.mapped(index, 0, 16, 0).is_statusword();
         if !self.nodes.get(node).map_or_else(|| is_statusword(&Node::new(node)), is_statusword) {
             return;
         }
-        let word = u16::from_le_bytes([low, high]);
         if let Some(change) = self.publisher.statusword(node, index, word, at, DriveEvidence::Sdo) {
             let what = What::Change(change);
             cx.events.push(Event { at, about: None, bus: cx.bus, node: Some(node), transfer: None, what });
