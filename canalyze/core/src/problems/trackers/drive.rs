@@ -7,12 +7,12 @@ use std::collections::BTreeMap;
 
 use super::AGAIN_NS;
 use crate::bytes::frame::{Frame, FrameRef};
+use crate::checks::limits::{FAULT_EMCY_NS, FAULTS_TOGETHER_NS};
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Grade, Problem, StepRole, Subject, bit};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
-use crate::checks::limits::{FAULT_EMCY_NS, FAULTS_TOGETHER_NS};
 use crate::rules::finding::{Code, Finding, Quantity};
 use crate::sdo::transfer::{Status, Transfer};
 use crate::wire::pdo::mapping::extract;

@@ -238,7 +238,7 @@ impl Motions {
     }
 
     /// Processes a statusword.
-    pub(in crate::stories) fn reported(&mut self, change: &Change, scene: &mut Scene<'_>) {
+    pub(in crate::problems) fn reported(&mut self, change: &Change, scene: &mut Scene<'_>) {
         let Change::Drive { node, axis, statusword: word, state: Some(state), previous, .. } = *change else { return };
         let (at, name, before) = (scene.at, (node, axis), previous.and_then(DriveState::of));
         let axis = self.axes.entry(name).or_default();
