@@ -22,8 +22,9 @@
 //! Rows with numbers are in ascending order; other rows differ in their first cells.
 //!
 //! A table whose first column ends with `!` becomes a call of that macro: a row is its first cell as it is, `told` as it is,
-//! `facts` in braces if there are any, `codes`, `roles`, `signs` (`SYN003 Once 3`: a code, the sign that ends it, and a number) and
-//! `checks` (`has others: EDS, MAPPING; Busy: EDS`: names, with a condition before them) in brackets, cells of a capitalized
+//! `facts` in braces if there are any, `codes`, `roles`, `signs` (`SYN003 Once 3`: a code, the sign that ends it, and a number),
+//! `emcy` (`8110, 8100-82FF`), `titles` and `checks` (`has others + Ended: EDS, MAPPING; EDS`: names, with conditions before
+//! them) in brackets, cells of a capitalized
 //! column as they are, and the other cells as texts, with `;` behind them.
 
 use std::collections::HashSet;
@@ -128,7 +129,12 @@ fn call(columns: &[&str], cells: &[&str]) -> Result<String, String> {
             "codes" => made.push(format!("[{}]", list(cell, |code| format!("Code::{}", camel(code))))),
             "roles" => made.push(format!("[{}]", list(cell, |role| format!("KindRole::{role}")))),
             "signs" => made.push(format!("[{}]", list(cell, sign))),
-            "checks" => made.push(format!("[{}]", conditional(cell))),
+            "emcy" => made.push(format!("[{}]", list(cell, range))),
+            "titles" => made.push(format!("[{}]", conditional(cell, |title| format!("&title::{title}")))),
+            "checks" => {
+                let checks = |cell: &str| format!("&[{}]", list(cell, |check| format!("say::{check}")));
+                made.push(format!("[{}]", conditional(cell, checks)));
+            }
             name if name.starts_with(char::is_uppercase) => made.push((*cell).to_owned()),
             name if !fits(name, cell, cells.get(place + 1)) => return Err(format!("{name}: '{cell}' does not fit")),
             _ => made.push(format!("{cell:?}")),
@@ -237,16 +243,22 @@ fn sign(text: &str) -> String {
     format!("Sign {{ code: Code::{}, ends: Ends::{ends}, least: {least} }}", camel(code))
 }
 
-/// Returns lists with conditions, `CONDITION: CHECK, CHECK; CHECK`, in Rust.
-fn conditional(cell: &str) -> String {
+/// Returns `8110` or `8100-82FF` in Rust.
+fn range(text: &str) -> String {
+    let (from, to) = text.split_once('-').unwrap_or((text, text));
+    format!("(0x{from}, 0x{to})")
+}
+
+/// Returns what has conditions, `CONDITION + CONDITION: ONE; ANOTHER`, in Rust.
+fn conditional(cell: &str, inner: impl Fn(&str) -> String) -> String {
+    let condition = |text: &str| match text.strip_prefix("has ") {
+        Some(fact) => format!("When::Has({fact:?})"),
+        None => format!("When::{text}"),
+    };
     let one = |text: &str| {
-        let (when, checks) = text.split_once(": ").unwrap_or(("", text));
-        let when = match (when, when.strip_prefix("has ")) {
-            ("", _) => "When::Always".to_owned(),
-            (_, Some(fact)) => format!("When::Has({fact:?})"),
-            _ => format!("When::{when}"),
-        };
-        format!("({when}, &[{}])", list(checks, |check| format!("say::{check}")))
+        let (when, what) = text.split_once(": ").unwrap_or(("", text));
+        let when: Vec<_> = when.split(" + ").filter(|text| !text.is_empty()).map(condition).collect();
+        format!("(&[{}], {})", when.join(", "), inner(what))
     };
     cell.split("; ").filter(|text| !text.is_empty()).map(one).collect::<Vec<_>>().join(", ")
 }

@@ -22,15 +22,28 @@ const OVER: [u16; 2] = [0x3110, 0x3210];
 /// Bit of the statusword: voltage enabled (CiA 402-2).
 const VOLTAGE: u16 = 1 << 4;
 
-/// Returns true if a condition holds.
-fn holds(when: When, one: &Problem) -> bool {
+/// Returns true if all conditions hold. `timed`: the time of its beginning is known.
+pub(super) fn hold(conditions: &[When], one: &Problem, timed: bool) -> bool {
+    conditions.iter().all(|when| holds(*when, one, timed))
+}
+
+fn holds(when: When, one: &Problem, timed: bool) -> bool {
     let aborted = |such: fn(AbortCode) -> bool| matches!(one.get("abort"), Some(Quantity::Abort(code)) if such(code));
-    let several = one.clue.reported.is_empty() && one.subject.axes.count_ones() > 1;
     match when {
-        When::Always => true,
         When::Has(name) => one.has(name),
         When::Controller => one.clue.controller && one.end.is_none(),
         When::Ended => one.end.is_some(),
+        When::Open => one.end.is_none(),
+        When::Over => one.status == Status::Ended,
+        When::Back => one.is_back(),
+        When::Once => one.repeats.count == 1,
+        When::AtOnce => one.end.is_some_and(|end| end.no <= one.noticed.no),
+        When::Often => one.repeats.count > 1,
+        When::Single => one.subject.nodes.count_ones() < 2,
+        When::Several => one.subject.nodes.count_ones() > 1,
+        When::Reported => !one.clue.reported.is_empty(),
+        When::Timed => timed,
+        When::Untimed => !timed,
         When::Hardware => aborted(|code| code.meaning() == 0x0606_0000),
         When::ToStopped => one.findings.first().is_some_and(|cited| cited.code == Code::Sdo011),
         When::Fixed => aborted(|code| (0x0601_0000..=0x0601_00FF).contains(&code.meaning())),
@@ -42,8 +55,7 @@ fn holds(when: When, one: &Problem) -> bool {
         When::NoPdoParameter => one.object().is_none_or(|mux| pdo_parameter(mux.index).is_none()),
         When::NotOperational => one.findings.iter().any(|cited| cited.code == Code::Pdo002),
         When::OfPdo => one.subject.pdo.is_some(),
-        When::UnannouncedAxes => several,
-        When::AxesResetInVain => several && one.has("reset_in_vain"),
+        When::UnannouncedAxes => one.clue.reported.is_empty() && one.subject.axes.count_ones() > 1,
         When::Overvoltage => one.clue.reported.iter().any(|code| OVER.contains(&(code & 0xFFF0))),
         When::VoltageEnabled => {
             matches!(one.get("statusword"), Some(Quantity::Statusword(word)) if word & VOLTAGE != 0)
@@ -63,7 +75,7 @@ pub fn of(one: &Problem, shown: AdviceFacts) -> Vec<Check> {
         }
         return checks;
     }
-    let fits = |(when, _): &&(When, &'static [Check])| holds(*when, one);
+    let fits = |(when, _): &&(&[When], &'static [Check])| hold(when, one, true);
     let checks = one.kind.row().checks.iter().find(fits).map_or(&[][..], |(_, checks)| *checks);
     let shown =
         |check: &Check| if *check == say::ERROR_FRAMES_OFF && shown.error_frames { say::WIRING } else { *check };

@@ -4,8 +4,8 @@
 //! and the comparison ask for roles. Sentences with figures are in `sayings`.
 
 use super::roles::{Apart, KindRole};
-use super::sayings::{self as say, Check};
-use super::signs::{Ends, Sign, When};
+use super::sayings::{self as say, Check, title};
+use super::signs::{Ends, Sign, Titles, When};
 use crate::rules::{Code, Words};
 
 /// The effect of a problem on the machine, the worst first.
@@ -53,8 +53,12 @@ pub struct KindRow {
     pub(super) apart: Apart,
     /// The rules whose findings are such problems by themselves.
     pub(super) signs: &'static [Sign],
+    /// The titles with figures, each with its conditions.
+    pub(super) titles: Titles,
+    /// The emergency error codes that report it, from and to.
+    emcy: &'static [(u16, u16)],
     /// The lists of the things to check first, each with its condition.
-    pub(super) checks: &'static [(When, &'static [Check])],
+    pub(super) checks: &'static [(&'static [When], &'static [Check])],
     /// The clause or practice on which it rests, or `-`.
     pub clause: &'static str,
     /// Rules that show it beside its signs.
@@ -73,7 +77,7 @@ impl KindRow {
 }
 
 macro_rules! problems {
-    ($($kind:ident $name:literal $impact:ident $zh:literal $en:literal $apart:ident $roles:tt $signs:tt $checks:tt $clause:literal $codes:tt
+    ($($kind:ident $name:literal $impact:ident $zh:literal $en:literal $apart:ident $roles:tt $signs:tt $emcy:tt $titles:tt $checks:tt $clause:literal $codes:tt
         $cause_zh:literal $cause_en:literal $end_zh:literal $end_en:literal;)*) => {
         /// The kind of a problem.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -92,6 +96,8 @@ macro_rules! problems {
                 roles: &$roles,
                 apart: Apart::$apart,
                 signs: &$signs,
+                titles: &$titles,
+                emcy: &$emcy,
                 checks: &$checks,
                 clause: $clause,
                 codes: &$codes,
@@ -122,6 +128,14 @@ pub(super) fn signed(code: Code) -> Option<(ProblemKind, Sign)> {
     KINDS.iter().find_map(|row| sign(row))
 }
 
+/// Returns the kind that an emergency error code reports: the one with the fewest codes.
+pub(super) fn reported(code: u16) -> Option<ProblemKind> {
+    let fits = |row: &KindRow| {
+        row.emcy.iter().filter(|(from, to)| (*from..=*to).contains(&code)).map(|(from, to)| to - from).min()
+    };
+    KINDS.iter().filter_map(|row| Some((fits(row)?, row.kind))).min().map(|(_, kind)| kind)
+}
+
 impl ProblemKind {
     /// Returns true if it has a role.
     pub fn is(self, role: KindRole) -> bool {
@@ -130,7 +144,7 @@ impl ProblemKind {
 
     /// Returns true for kinds that a command or the recording explains.
     pub fn is_harmless(self) -> bool {
-        self.row().impact == Impact::E || self == Self::BusSilent
+        self.row().impact == Impact::E || self.is(KindRole::Explained)
     }
 }
 

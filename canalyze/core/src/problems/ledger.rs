@@ -174,6 +174,16 @@ impl Ledger {
         }
     }
 
+    /// Opens the problem of a node that was never heard.
+    pub(super) fn absent(&mut self, bus: BusId, node: u8, begin: FrameRef, noticed: FrameRef) -> Option<LedgerPlace> {
+        self.open(ProblemKind::NodeAbsent, bus, Subject::node(node), begin, noticed)
+    }
+
+    /// Opens the problem of a second device with a node-ID.
+    pub(super) fn double(&mut self, bus: BusId, node: u8, begin: FrameRef, noticed: FrameRef) -> Option<LedgerPlace> {
+        self.open(ProblemKind::DuplicateNodeId, bus, Subject::node(node), begin, noticed)
+    }
+
     /// Makes a problem that of a second device with its node-ID, or merges it into that: `measured` says what shows it at
     /// a frame. The other device's boot-up belongs to it. Returns its place.
     pub(super) fn doubles(&mut self, place: LedgerPlace, at: FrameRef, measured: Option<Measured>) -> LedgerPlace {

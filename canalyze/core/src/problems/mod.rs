@@ -1,8 +1,9 @@
 //! The diagnosis of a bus: problems, their status and their causes; the level above findings.
 //!
-//! Events go to trackers, which open, extend and end problems in the ledger; rules of cause link these to stories; the
-//! rank gives the reading order. `signs` lists the findings that are problems by themselves. A new kind needs a row in
-//! `kinds` and either a row in `signs` or a tracker. Sentences are declared in `sayings` and filled in by `text`.
+//! Events go to trackers, which open, extend and end problems in the ledger; rules of cause link these; the rank gives the
+//! reading order. A kind is a row of `words/problems.tsv`, with the findings that are such a problem by themselves; only
+//! the tracker that opens it names it beside that, all others ask for its roles. Sentences are declared in `sayings` and
+//! filled in by `titles`.
 //!
 //! Some known problems have no kind of their own. A flapping node is a silent node with repeats; one forgotten after a
 //! restart is a restart that is still open; a fault by lost communication is an axis in fault with that cause. Others

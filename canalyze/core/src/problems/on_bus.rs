@@ -16,6 +16,7 @@ use super::trackers::boots::Boots;
 use super::trackers::configuration::Configurations;
 use super::trackers::drive::Drives;
 use super::trackers::emcy::{Emergencies, LIFE_GUARD};
+use super::trackers::heartbeats;
 use super::trackers::heartbeats::MissingHeartbeats;
 use super::trackers::identity::Identities;
 use super::trackers::in_vain::InVain;
@@ -112,8 +113,8 @@ impl OfBus {
         let unheard = one.clue.watched.iter().find(|(node, _)| self.heard.known & bit(*node) == 0);
         match (one.kind, unheard) {
             (kind, Some((node, _))) if kind.is(KindRole::Reported) => {
-                one.kind = ProblemKind::WatchedAbsent;
-                one.fact("watched", Quantity::Count((*node).into()));
+                let node = *node;
+                heartbeats::never_seen(one, node);
             }
             (kind, _) if one.has("started") && !kind.is(KindRole::Program) => one.kind = ProblemKind::HalfConfigured,
             _ => {}

@@ -49,6 +49,28 @@ pub enum KindRole {
     IgnoresCommand,
     /// An NMT command explains it.
     Commanded,
+    /// A reset command explains it.
+    Reset,
+    /// Heartbeats of one node are missing.
+    LostBeats,
+    /// A consumer misses heartbeats.
+    ConsumerReports,
+    /// A node was requested in vain.
+    Asked,
+    /// It follows where a node is not started.
+    Expected,
+    /// Repeated, it is a restart loop.
+    MayLoop,
+    /// A node left its state without a command.
+    StateUnasked,
+    /// An RPDO is not sent any more.
+    NoRpdo,
+    /// It may be the sign of a second device.
+    ShowsSecond,
+    /// It tells that a drive is in fault.
+    FaultSeen,
+    /// An emergency near it belongs to it.
+    Announced,
     /// A command stopped it.
     Stop,
     /// Two masters contradict each other.

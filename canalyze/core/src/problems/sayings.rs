@@ -5,7 +5,7 @@
 
 use crate::rules::quantity::{Abort, Command, Count, Emcy, Hex2, Hex8, Id, Ns, Object, Pdo, State, Statusword};
 use crate::rules::rules;
-use crate::rules::{Measured, Words};
+use crate::rules::{Measured, Variant, Words};
 
 macro_rules! sayings {
     ($($saying:ident $({ $($fact:ident: $kind:ty),+ })? $zh:literal $en:literal;)*) => {
@@ -34,6 +34,22 @@ macro_rules! sayings {
 }
 
 include!(concat!(env!("OUT_DIR"), "/sayings.rs"));
+
+macro_rules! titles {
+    ($($title:ident $({ $($fact:ident: $kind:ty),+ })? $zh:literal $en:literal;)*) => {$(
+        #[doc = $en]
+        pub(in crate::problems) static $title: Variant = rules!(@variant $zh, $en, [], [$($($fact: $kind),+)?]);
+        const _: () = rules!(@variant $zh, $en, [], [$($($fact: $kind),+)?]).check();
+    )*};
+}
+
+/// The titles by the names that the table of kinds has for them.
+#[allow(non_upper_case_globals)]
+pub(super) mod title {
+    use super::*;
+
+    include!(concat!(env!("OUT_DIR"), "/titles.rs"));
+}
 
 /// One of the first things to check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

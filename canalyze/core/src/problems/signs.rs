@@ -4,7 +4,7 @@
 //! Lost and restarting nodes, emergencies and drives in fault have trackers of their own. Findings of other rules
 //! are worth knowing, but nothing went wrong.
 
-use crate::rules::Code;
+use crate::rules::{Code, Variant};
 
 /// The sign that ends a problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,17 +56,40 @@ pub(super) struct Sign {
     pub(super) least: u64,
 }
 
-/// A condition on the facts of a problem, by which the first things to check are chosen.
+/// Titles, each with its conditions.
+pub(super) type Titles = &'static [(&'static [When], &'static Variant)];
+
+/// A condition on the facts of a problem, by which its title and the first things to check are chosen.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum When {
-    /// None.
-    Always,
     /// There is a fact of this name.
     Has(&'static str),
     /// The silent node is a pure controller.
     Controller,
     /// It has ended.
     Ended,
+    /// It has not ended.
+    Open,
+    /// It has ended, and its status says so.
+    Over,
+    /// Its nodes are back.
+    Back,
+    /// It came once.
+    Once,
+    /// It had ended when it was noticed.
+    AtOnce,
+    /// It came several times.
+    Often,
+    /// It concerns one node at most.
+    Single,
+    /// It concerns several nodes.
+    Several,
+    /// An emergency reported it.
+    Reported,
+    /// The time of its beginning is known.
+    Timed,
+    /// That time is not known.
+    Untimed,
     /// The abort code says that the hardware failed.
     Hardware,
     /// The request went to a Stopped node.
@@ -91,8 +114,6 @@ pub(super) enum When {
     OfPdo,
     /// Several axes are in fault without an emergency.
     UnannouncedAxes,
-    /// So, and a reset had no effect.
-    AxesResetInVain,
     /// The node reported too high a voltage.
     Overvoltage,
     /// The statusword says that the power stage has its voltage.

@@ -132,6 +132,15 @@ impl Measured {
         Self { variant, values }
     }
 
+    /// Returns a sentence with its facts by their names; `None` if one of them is not known.
+    pub(crate) fn filled(variant: &'static Variant, fact: impl Fn(&str) -> Option<Quantity>) -> Option<Self> {
+        let mut values = [Quantity::Nothing; MEASURED];
+        for (slot, known) in values.iter_mut().zip(variant.facts) {
+            *slot = fact(known.name)?;
+        }
+        Some(Self { variant, values })
+    }
+
     /// The measured facts by name.
     pub fn facts(&self) -> impl Iterator<Item = (&'static str, Quantity)> {
         self.variant.facts.iter().map(|fact| fact.name).zip(self.values)

@@ -71,7 +71,7 @@ pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Problem, began_ns: Option<i64>
     subject(out, lang, one);
     let words = lang.of(one.kind.row().words);
     match titles::of(one, began_ns) {
-        Some(title) if titles::is_whole(one, began_ns) => said(out, lang, &title),
+        Some((title, true)) => said(out, lang, &title),
         title => {
             match one.measured() {
                 Some(measured) => {
@@ -80,7 +80,7 @@ pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Problem, began_ns: Option<i64>
                 }
                 None => put!(out; plain(one).map_or(words, |words| lang.of(words))),
             }
-            if let Some(title) = title {
+            if let Some((title, _)) = title {
                 put!(out; ", ");
                 said(out, lang, &title);
             }

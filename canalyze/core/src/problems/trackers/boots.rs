@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use crate::bytes::frame::FrameRef;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::problem::{Grade, Problem, StepRole, Subject, bit};
+use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::{Heard, Scene};
 use crate::rules::finding::Quantity;
@@ -99,7 +100,7 @@ impl Boots {
             let cycles = scene.heard.sync.since(boot.begin).is_some_and(|since| since >= WAITING_NS);
             let of_node = |one: &&Problem| one.bus == scene.id && one.subject.concerns(node) && one.end.is_none();
             let mut open = scene.ledger.all.iter().filter(of_node);
-            let commanded = open.clone().any(|one| one.kind == ProblemKind::CommandsNotTaken);
+            let commanded = open.clone().any(|one| one.kind.is(KindRole::RpdosIgnored));
             let meant_to_run = running & !bit(node) != 0 || cycles || commanded;
             let rest = scene.heard.last(node).and_then(|last| scene.at.since(last)).unwrap_or(i64::MAX);
             let here = rest <= scene.bus.heartbeat_period(node).unwrap_or(0).saturating_mul(2).max(WAITING_NS / 2);
@@ -107,10 +108,7 @@ impl Boots {
                 continue;
             }
             // A problem since then explains why it is not Operational.
-            let told = open.any(|one| {
-                use ProblemKind::{CommandsNotTaken, NodeAbsent, RequestUnanswered};
-                !one.has("refused") && !matches!(one.kind, RequestUnanswered | NodeAbsent | CommandsNotTaken)
-            });
+            let told = open.any(|one| !one.has("refused") && !one.kind.is(KindRole::Expected));
             let stuck = boot.reads >= READS && !boot.configured;
             if told || !(stuck || boot.booted && boot.reads > 0) {
                 continue;

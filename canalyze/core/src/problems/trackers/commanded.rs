@@ -3,9 +3,9 @@
 //! A command to all nodes does not affect the controller that sends it, which continues without a boot-up.
 
 use crate::bytes::frame::FrameRef;
-use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::{Ledger, LedgerPlace};
 use crate::problems::problem::{StepRole, bit};
+use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 
@@ -57,7 +57,7 @@ impl Commanded {
         let Some(one) = scene.ledger.get_mut(self.place) else { return false };
         let booted = booted.is_some_and(|boot| boot.no > one.begin.no);
         let others = one.subject.nodes & !bit(node);
-        if one.kind == ProblemKind::CommandedReset && !booted && others != 0 {
+        if one.kind.is(KindRole::Reset) && !booted && others != 0 {
             self.goes_on |= self.left & bit(node);
             one.subject.nodes = others;
         } else {

@@ -11,6 +11,7 @@ use crate::checks::pdo::configuration::pdo_parameter;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{ProblemId, StepRole, Subject, bit};
+use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::rules::finding::{Finding, Quantity};
@@ -101,10 +102,9 @@ impl Configurations {
     pub(in crate::problems) fn given_up(&mut self, node: u8, code: AbortCode, scene: &mut Scene<'_>) {
         let Some(begin) = self.asked.remove(&node).filter(|_| code.is_timeout()) else { return };
         let known =
-            scene.ledger.last(scene.id, |one| one.kind == ProblemKind::NodeAbsent && one.subject.node == Some(node));
+            scene.ledger.last(scene.id, |one| one.kind.is(KindRole::NeverHeard) && one.subject.node == Some(node));
         let at = scene.at;
-        let place =
-            known.or_else(|| scene.ledger.open(ProblemKind::NodeAbsent, scene.id, Subject::node(node), begin, at));
+        let place = known.or_else(|| scene.ledger.absent(scene.id, node, begin, at));
         let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) else { return };
         if known.is_some() {
             one.again(begin);

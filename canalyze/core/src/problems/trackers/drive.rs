@@ -8,9 +8,10 @@ use std::collections::BTreeMap;
 use super::AGAIN_NS;
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::checks::limits::{FAULT_EMCY_NS, FAULTS_TOGETHER_NS};
-use crate::problems::kinds::ProblemKind;
+use crate::problems::kinds::{ProblemKind, signed};
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Grade, Problem, StepRole, Subject, bit};
+use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::rules::finding::{Code, Finding, Quantity};
@@ -160,7 +161,7 @@ impl Drives {
         });
         let again = || {
             scene.ledger.last(scene.id, |one| {
-                let same = one.kind == ProblemKind::AxisFault && one.subject.node == Some(node);
+                let same = one.kind.is(KindRole::Fault) && one.subject.node == Some(node);
                 same && one.ended_within(at, AGAIN_NS) && one.clue.reported.is_empty() && from.is_some()
             })
         };
@@ -206,10 +207,9 @@ impl Drives {
         }
         let state = scene.bus.drive_states(node).find(|(number, _)| number + 1 == usize::from(axis(finding)));
         let state = state.map(|(_, state)| state);
-        let kind = if state == Some(DriveState::Fault) {
-            ProblemKind::FaultResetWithoutEffect
-        } else {
-            ProblemKind::NotEnabled
+        let kind = match signed(finding.code) {
+            Some((kind, _)) if state != Some(DriveState::Fault) => kind,
+            _ => ProblemKind::FaultResetWithoutEffect,
         };
         if let Some((place, _)) = self.stuck.get(&node)
             && let Some(one) = scene.ledger.get_mut(*place)
@@ -284,11 +284,8 @@ impl Drives {
     /// Opens problems of axes that have been in fault since they were first seen, unless a fault reset without effect
     /// is reported already.
     fn seen(&mut self, node: u8, scene: &mut Scene<'_>) {
-        let told = |one: &Problem| {
-            let of_fault =
-                [ProblemKind::AxisFault, ProblemKind::FaultResetWithoutEffect, ProblemKind::FaultResetWithoutEdge];
-            one.subject.node == Some(node) && one.end.is_none() && of_fault.contains(&one.kind)
-        };
+        let told =
+            |one: &Problem| one.subject.node == Some(node) && one.end.is_none() && one.kind.is(KindRole::FaultSeen);
         let found: Vec<_> = scene.bus.found_in_fault(node).collect();
         if found.is_empty() || scene.ledger.last(scene.id, told).is_some() {
             return;

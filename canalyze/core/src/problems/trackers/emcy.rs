@@ -6,9 +6,10 @@ use std::collections::BTreeMap;
 
 use super::AGAIN_NS;
 use crate::bytes::frame::FrameRef;
-use crate::problems::kinds::ProblemKind;
+use crate::problems::kinds::{ProblemKind, reported};
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Problem, StepRole, Subject, bit};
+use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::rules::finding::{Finding, Quantity};
@@ -32,24 +33,6 @@ const COMMUNICATION: u8 = 1 << 4;
 pub(in crate::problems) const LIFE_GUARD: u16 = 0x8130;
 /// Error code of an RPDO that did not come in time.
 pub(in crate::problems) const RPDO_TIMEOUT: u16 = 0x8250;
-
-/// Returns the kind of problem that an emergency error code reports.
-fn kind(code: u16) -> ProblemKind {
-    match code {
-        LIFE_GUARD => ProblemKind::HeartbeatConsumerError,
-        RPDO_TIMEOUT => ProblemKind::RpdoTimeout,
-        0x8110 => ProblemKind::Overrun,
-        0x8120 | 0x8140 => ProblemKind::BusTrouble,
-        0x8210 | 0x8220 => ProblemKind::PdoLength,
-        0x8240 => ProblemKind::SyncLength,
-        0x8100..=0x82FF => ProblemKind::CommunicationError,
-        0x3100..=0x33FF => ProblemKind::SupplyVoltage,
-        0x4100..=0x44FF => ProblemKind::Temperature,
-        0x7000..=0x70FF => ProblemKind::ModuleFailed,
-        0x8611 => ProblemKind::FollowingError,
-        _ => ProblemKind::DeviceError,
-    }
-}
 
 /// Returns the bit of the error register (CiA 301, 7.5.2.2) that shows an error code, among those that were set with it; all
 /// of them if there is none.
@@ -114,7 +97,7 @@ impl Emergencies {
     fn raised(&mut self, emergency: EmcyChange, scene: &mut Scene<'_>) {
         let EmcyChange { node, code, profile, register, .. } = emergency;
         let at = scene.at;
-        let kind = kind(code);
+        let Some(kind) = reported(code) else { return };
         let open = self.open.entry(node).or_default();
         let known = |place: &&LedgerPlace, scene: &Scene<'_>| {
             scene.ledger.get(**place).is_some_and(|one| one.clue.codes.contains(&code))
@@ -141,8 +124,7 @@ impl Emergencies {
                     at.since(step.at).is_some_and(|since| (0..=TOGETHER_NS).contains(&since))
                         && !one.clue.reported.is_empty()
                 });
-            let errs = !one.clue.reported.is_empty()
-                || matches!(one.kind, ProblemKind::AxisFault | ProblemKind::FollowingError);
+            let errs = !one.clue.reported.is_empty() || one.kind.is(KindRole::Announced);
             one.subject.node == Some(node) && near && errs && one.end.is_none()
         });
         let place = match same.or(near) {
@@ -205,7 +187,7 @@ impl Emergencies {
     /// time that is too short was none.
     pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
         for (node, (at, code)) in &self.read {
-            let fault = |one: &Problem| one.kind == ProblemKind::AxisFault && one.subject.node == Some(*node);
+            let fault = |one: &Problem| one.kind.is(KindRole::Fault) && one.subject.node == Some(*node);
             let place = scene.ledger.last(scene.id, |one| fault(one) && !one.has("code") && one.begin.no < at.no);
             if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
                 one.fact("error_code", *code);
@@ -214,7 +196,7 @@ impl Emergencies {
         for place in 0..scene.ledger.all.len() {
             let Some(one) = scene.ledger.get(place) else { continue };
             let Some(node) = one.subject.node.filter(|_| one.bus == scene.id) else { continue };
-            let often = one.kind == ProblemKind::HeartbeatConsumerError && one.repeats.count >= TOO_SHORT;
+            let often = one.kind.is(KindRole::Reported) && one.repeats.count >= TOO_SHORT;
             if often && let Some(short) = too_short(&scene.watched(node), [0; 5], scene) {
                 let written = scene.value(node, 0x1016, short.3).and_then(|(_, from)| from.frame());
                 if let Some(one) = scene.ledger.get_mut(place) {
@@ -224,16 +206,14 @@ impl Emergencies {
         }
         for place in 0..scene.ledger.all.len() {
             let Some(one) = scene.ledger.get(place) else { continue };
-            let silent =
-                one.bus == scene.id && matches!(one.kind, ProblemKind::NodeSilent | ProblemKind::HeartbeatStopped);
+            let silent = one.bus == scene.id && one.kind.is(KindRole::LostBeats);
             // A silence at the end that is longer than all before is none of those.
             let periods = one.ns("period").unwrap_or(0).saturating_mul(SILENT_PERIODS);
             let again = one.repeats.count > 1 && scene.at.since(one.repeats.since).is_some_and(|rest| rest < periods);
             let silent = silent && (one.end.is_some() || again);
             let Some(node) = one.subject.node.filter(|_| silent && !one.has("boot_up")) else { continue };
             let short = scene.ledger.all.iter().position(|other| {
-                let watches =
-                    other.kind == ProblemKind::ConsumerTimeTooShort && other.count("watched") == u64::from(node);
+                let watches = other.kind.is(KindRole::TimeTooShort) && other.count("watched") == u64::from(node);
                 watches && other.bus == scene.id && one.ns("limit") <= other.ns("period")
             });
             if let Some(short) = short {

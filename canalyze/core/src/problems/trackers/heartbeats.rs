@@ -10,6 +10,7 @@ use crate::bytes::frame::FrameRef;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Problem, StepRole, Subject};
+use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::rules::finding::Quantity;
@@ -99,7 +100,7 @@ impl MissingHeartbeats {
         // Heartbeats that are back at their period are no finding, nor are those after the first late one.
         for (node, (period, run)) in &self.periods {
             let late = |one: &Problem| {
-                let counts = one.kind == ProblemKind::HeartbeatIrregular && one.subject.node == Some(*node);
+                let counts = one.kind.is(KindRole::Slower) && one.subject.node == Some(*node);
                 counts && one.repeats.count < GOES_ON
             };
             let place = scene.ledger.last(scene.id, late);
@@ -108,9 +109,8 @@ impl MissingHeartbeats {
             {
                 (one.clue.least, one.clue.lasts, one.end) = (1, true, None);
             }
-            let changed = |one: &Problem| {
-                one.kind == ProblemKind::HeartbeatIrregular && one.end.is_none() && one.subject.node == Some(*node)
-            };
+            let changed =
+                |one: &Problem| one.kind.is(KindRole::Slower) && one.end.is_none() && one.subject.node == Some(*node);
             let place = scene.ledger.last(scene.id, changed);
             if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place))
                 && one.ns("from").is_some_and(|from| is_same(from, *period) && *run >= STEADY)
@@ -146,10 +146,11 @@ impl MissingHeartbeats {
                 let absent = scene.heard.last(watched).is_none();
                 let long =
                     absent && scene.at.since(first).is_some_and(|since| since > limit.saturating_mul(CONSUMER_TIMES));
-                let told = scene.ledger.all.iter().any(|one| {
-                    is_of(one, scene, node)
-                        && matches!(one.kind, ProblemKind::WatchedAbsent | ProblemKind::HeartbeatConsumerError)
-                });
+                let told = scene
+                    .ledger
+                    .all
+                    .iter()
+                    .any(|one| is_of(one, scene, node) && one.kind.is(KindRole::ConsumerReports));
                 if !long || told {
                     continue;
                 }
@@ -162,6 +163,12 @@ impl MissingHeartbeats {
             }
         }
     }
+}
+
+/// Makes a consumer's report that of a node that was never seen.
+pub(in crate::problems) fn never_seen(one: &mut Problem, node: u8) {
+    one.kind = ProblemKind::WatchedAbsent;
+    one.fact("watched", Quantity::Count(node.into()));
 }
 
 /// Returns true if two periods are the same, in ns.

@@ -6,6 +6,7 @@ use crate::bytes::frame::{CanId, Frame, FrameRef, Kind};
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Problem, Subject, bit};
+use crate::problems::roles::KindRole;
 use crate::problems::scene::Scene;
 use crate::rules::finding::{Finding, Quantity};
 use crate::sdo::transfer::{Direction, Status, Transfer};
@@ -144,10 +145,9 @@ impl Identities {
             return;
         }
         let begin = doubled.0;
-        let shows = |one: &Problem| one.kind == ProblemKind::DamagedTransfer && one.subject.node == Some(node);
+        let shows = |one: &Problem| one.kind.is(KindRole::Violation) && one.subject.node == Some(node);
         let place = scene.ledger.last(scene.id, shows);
-        let kind = ProblemKind::DuplicateNodeId;
-        let place = place.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, at));
+        let place = place.or_else(|| scene.ledger.double(scene.id, node, begin, at));
         let Some(place) = place else { return };
         let place = scene.ledger.doubles(place, at, None);
         if let Some(one) = scene.ledger.get_mut(place) {
@@ -186,7 +186,7 @@ impl Identities {
         // What was answered with another CAN-ID is not unanswered.
         for (node, place) in &self.elsewhere {
             let unanswered = scene.ledger.last(scene.id, |one| {
-                let asked = matches!(one.kind, ProblemKind::RequestUnanswered | ProblemKind::NodeAbsent);
+                let asked = one.kind.is(KindRole::Asked);
                 asked && one.subject.node == Some(*node)
             });
             if let Some(unanswered) = unanswered {

@@ -9,6 +9,7 @@ use crate::bytes::frame::FrameRef;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Problem, StepRole, Subject};
+use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::rules::finding::Quantity;
@@ -153,15 +154,14 @@ impl InVain {
             return;
         }
         for (node, tries) in std::mem::take(&mut self.commands) {
-            let absent = |one: &Problem| one.kind == ProblemKind::NodeAbsent && one.subject.node == Some(node);
+            let absent = |one: &Problem| one.kind.is(KindRole::NeverHeard) && one.subject.node == Some(node);
             if tries.count < COMMANDS
                 || scene.heard.last(node).is_some()
                 || scene.ledger.last(scene.id, absent).is_some()
             {
                 continue;
             }
-            let subject = Subject::node(node);
-            let place = scene.ledger.open(ProblemKind::NodeAbsent, scene.id, subject, tries.first, tries.last);
+            let place = scene.ledger.absent(scene.id, node, tries.first, tries.last);
             if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
                 one.fact("commands", Quantity::Count(tries.count));
             }

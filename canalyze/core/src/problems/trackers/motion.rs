@@ -11,6 +11,7 @@ use crate::evidence::period::recent::UsualGap;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Grade, StepRole, Subject};
+use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::rules::finding::Quantity;
@@ -375,7 +376,7 @@ impl Motions {
                 .last(scene.id, |other| other.kind == ProblemKind::TargetsLate && other.subject.node == Some(name.0));
             // A node that is not Operational is owed none, and an RPDO that has stopped is a problem of its own.
             let stopped = scene.ledger.last(scene.id, |other| {
-                other.kind == ProblemKind::RpdoStopped && other.subject.concerns(name.0) && other.end.is_none()
+                other.kind.is(KindRole::NoRpdo) && other.subject.concerns(name.0) && other.end.is_none()
             });
             // With its controller everything has stopped, or the capture ends.
             let controlled = scene.heard.control.since(one.last).unwrap_or(0);

@@ -179,7 +179,7 @@ impl RuleProblems {
             }
             // The cause of what seemed to be single late or early ones, or lost heartbeats.
             let second = kind.is(KindRole::TwoSyncs) && one.kind.is(KindRole::UnsteadySync);
-            let slower = matches!(one.kind, ProblemKind::HeartbeatStopped | ProblemKind::NodeSilent);
+            let slower = one.kind.is(KindRole::LostBeats);
             if second || stays && slower {
                 self.last.retain(|(other, _)| *other != place);
                 (one.kind, one.clue.least, one.end, one.measured) = (kind, 1, None, finding.measured());
@@ -209,14 +209,7 @@ impl RuleProblems {
         }
         if kind.is(KindRole::SecondDevice)
             && let Some(place) = scene.ledger.last(scene.id, |one| {
-                let shows = matches!(
-                    one.kind,
-                    ProblemKind::NodeRestarted
-                        | ProblemKind::RestartLoop
-                        | ProblemKind::LeftOperational
-                        | ProblemKind::HeartbeatIrregular
-                        | ProblemKind::DamagedTransfer
-                );
+                let shows = one.kind.is(KindRole::ShowsSecond);
                 let told = one.kind == kind;
                 (told || shows && one.began_within(finding.at, DOUBLE_NS)) && one.subject.node == subject.node
             })

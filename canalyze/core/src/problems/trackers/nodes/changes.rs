@@ -8,6 +8,7 @@ use crate::bytes::frame::FrameRef;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{StepRole, Subject, bit, members};
+use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::problems::trackers::AGAIN_NS;
@@ -27,28 +28,22 @@ impl NodeProblems {
         let at = finding.at;
         if let Some(place) = self.waiting.get(&node).and_then(|places| places.last()).copied()
             && let Some(one) = scene.ledger.get_mut(place)
-            && matches!(
-                one.kind,
-                ProblemKind::NodeSilent
-                    | ProblemKind::SegmentLost
-                    | ProblemKind::NodeRestarted
-                    | ProblemKind::RestartLoop
-            )
+            && one.kind.is(KindRole::Outage)
         {
             let back = self.returned.get(&node) == Some(&at.no);
             if !back {
                 one.again(at);
                 one.step(at, StepRole::Sign, Saying::BootedUnasked, Some(finding));
             }
-            if one.repeats.count >= LOOP && matches!(one.kind, ProblemKind::NodeRestarted | ProblemKind::NodeSilent) {
+            if one.repeats.count >= LOOP && one.kind.is(KindRole::MayLoop) {
                 one.kind = ProblemKind::RestartLoop;
             }
             return one.found(finding);
         }
         let back = self.returned.get(&node) == Some(&at.no);
         let silent = scene.ledger.last(scene.id, |one| {
-            let ended = one.kind == ProblemKind::NodeSilent && one.end.is_some_and(|end| end.no == at.no);
-            let loops = matches!(one.kind, ProblemKind::NodeRestarted | ProblemKind::RestartLoop);
+            let ended = one.kind.is(KindRole::AloneSilent) && one.end.is_some_and(|end| end.no == at.no);
+            let loops = one.kind.is(KindRole::Restart) || one.kind.is(KindRole::Loop);
             one.subject.concerns(node) && (ended || back && loops)
         });
         if let Some(one) = silent.and_then(|place| scene.ledger.get_mut(place)) {
@@ -64,17 +59,14 @@ impl NodeProblems {
             return;
         }
         // It was the boot-up of the other device.
-        let double = scene
-            .ledger
-            .last(scene.id, |one| one.kind == ProblemKind::DuplicateNodeId && one.subject.node == Some(node));
+        let double =
+            scene.ledger.last(scene.id, |one| one.kind.is(KindRole::SecondDevice) && one.subject.node == Some(node));
         if let Some(one) = double.filter(|_| finding.because_of.is_some()).and_then(|place| scene.ledger.get_mut(place))
         {
             one.begin = if at.no < one.begin.no { at } else { one.begin };
             return one.step(at, StepRole::Sign, Saying::BootedUnasked, Some(finding));
         }
-        let again = scene.ledger.last(scene.id, |one| {
-            one.subject.node == Some(node) && matches!(one.kind, ProblemKind::NodeRestarted | ProblemKind::RestartLoop)
-        });
+        let again = scene.ledger.last(scene.id, |one| one.subject.node == Some(node) && one.kind.is(KindRole::Booted));
         let again = again.filter(|place| scene.ledger.get(*place).is_some_and(|one| one.ended_within(at, AGAIN_NS)));
         let place = match again {
             Some(place) => {
@@ -114,7 +106,7 @@ impl NodeProblems {
     fn comes_with_others(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) -> bool {
         let (at, Some(before)) = (finding.at, self.before.get(&node).copied()) else { return false };
         let others = scene.ledger.last(scene.id, |one| {
-            let lost = matches!(one.kind, ProblemKind::SegmentLost | ProblemKind::NodeSilent) && one.has("boot_up");
+            let lost = one.kind.is(KindRole::Silent) && one.has("boot_up");
             let back = members(one.subject.nodes).filter_map(|other| self.booted.get(&other));
             let near = back.into_iter().any(|other| at.since(*other).is_some_and(|ns| ns.saturating_abs() <= BACK_NS));
             // Its last frame is older than the loss, or came while the others were being lost.
@@ -133,7 +125,7 @@ impl NodeProblems {
         let at = finding.at;
         let others = scene.ledger.last(scene.id, |one| {
             let near = at.since(one.begin).is_some_and(|since| since.saturating_abs() <= BACK_NS);
-            one.kind == ProblemKind::NodeRestarted && one.repeats.count == 1 && near && !one.subject.concerns(node)
+            one.kind.is(KindRole::Restart) && one.repeats.count == 1 && near && !one.subject.concerns(node)
         });
         let Some(one) = others.and_then(|place| scene.ledger.get_mut(place)) else { return false };
         (one.subject.nodes, one.subject.node) = (one.subject.nodes | bit(node), None);
@@ -158,8 +150,7 @@ impl NodeProblems {
         let at = finding.about().unwrap_or(finding.at);
         let trouble = scene.ledger.last(scene.id, |one| {
             // It could hear no node while it could not be heard. Others of its segment may still be away.
-            let lost = matches!(one.kind, ProblemKind::NodeSilent | ProblemKind::SegmentLost)
-                && (one.end.is_none() || one.ended_within(at, REACTION_NS));
+            let lost = one.kind.is(KindRole::Silent) && (one.end.is_none() || one.ended_within(at, REACTION_NS));
             lost && one.subject.concerns(node)
         });
         let trouble = trouble.or_else(|| {
@@ -173,7 +164,7 @@ impl NodeProblems {
         // A controller that stops all others stops as well.
         let trouble = trouble.or_else(|| {
             scene.ledger.last(scene.id, |one| {
-                let ordered = matches!(one.kind, ProblemKind::CommandedStop | ProblemKind::CommandedReset);
+                let ordered = one.kind.is(KindRole::Commanded);
                 let others = ordered && one.clue.everyone && scene.heard.serving & bit(node) == 0;
                 others && one.began_within(at, REACTION_NS)
             })
@@ -201,7 +192,7 @@ impl NodeProblems {
     /// command, and repeatedly so, two nodes share the node-ID.
     fn left_again(&mut self, node: u8, at: FrameRef, scene: &mut Scene<'_>) -> Option<LedgerPlace> {
         let place = scene.ledger.last(scene.id, |one| {
-            let left = matches!(one.kind, ProblemKind::LeftOperational | ProblemKind::DuplicateNodeId);
+            let left = one.kind.is(KindRole::StateUnasked);
             left && one.subject.node == Some(node) && (one.end.is_none() || one.ended_within(at, AGAIN_NS))
         })?;
         let since = scene.ledger.get(place)?.repeats.since;

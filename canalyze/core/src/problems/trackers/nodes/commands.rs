@@ -5,6 +5,7 @@
 use super::{IgnoredRpdos, NodeProblems};
 use crate::problems::kinds::ProblemKind;
 use crate::problems::problem::{StepRole, Subject, bit, members};
+use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::problems::trackers::AGAIN_NS;
@@ -43,7 +44,7 @@ impl NodeProblems {
             };
             if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
                 one.subject.nodes |= hit;
-                if kind == ProblemKind::CommandedReset {
+                if kind.is(KindRole::Reset) {
                     one.kind = kind;
                 }
                 one.clue.everyone |= node == 0;
@@ -116,7 +117,7 @@ impl NodeProblems {
     pub(in crate::problems) fn owes(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let kind = if finding.code == Code::Nmt006 { ProblemKind::NoBootUp } else { ProblemKind::StartWithoutEffect };
         let mut begin = finding.cause.unwrap_or(finding.at);
-        if kind == ProblemKind::StartWithoutEffect
+        if kind.is(KindRole::IgnoresCommand)
             && finding.measured().and_then(|all| all.get("command")) == Some(Quantity::Command(0x01))
             && let Some(first) = self.started.get(&node).filter(|_| !self.owing.contains_key(&node))
         {

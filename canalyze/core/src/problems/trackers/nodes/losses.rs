@@ -7,6 +7,7 @@ use crate::bytes::frame::FrameRef;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Grade, Problem, StepRole, Subject, bit, members};
+use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::problems::trackers::AGAIN_NS;
@@ -39,7 +40,7 @@ impl NodeProblems {
             one.fact("silence", Quantity::Ns(silence));
         }
         self.silent.remove(&node);
-        if !heartbeat && one.kind == ProblemKind::NodeSilent {
+        if !heartbeat && one.kind.is(KindRole::AloneSilent) {
             self.mute.insert(node, (place, at));
         }
         if !self.silent.values().any(|other| *other == place) {
@@ -134,7 +135,7 @@ impl NodeProblems {
             // A node reset by command is booting.
             let reset = self.commanded.as_ref().is_some_and(|commanded| {
                 let kind = scene.ledger.get(commanded.place).map(|one| one.kind);
-                commanded.waits_for(*node) && kind == Some(ProblemKind::CommandedReset)
+                commanded.waits_for(*node) && kind.is_some_and(|kind| kind.is(KindRole::Reset))
             });
             *node != consumer && beats && !reset && age(*node) >= limit
         };
@@ -173,7 +174,7 @@ impl NodeProblems {
         // Other frames have come, but no heartbeat: it has stopped.
         for (node, (place, since)) in std::mem::take(&mut self.mute) {
             let (beat, end) = (scene.heard.last_heartbeat(node), scene.at);
-            let Some(one) = scene.ledger.get_mut(place).filter(|one| one.kind == ProblemKind::NodeSilent) else {
+            let Some(one) = scene.ledger.get_mut(place).filter(|one| one.kind.is(KindRole::AloneSilent)) else {
                 continue;
             };
             let limit = one.ns("limit").or_else(|| one.ns("period")).unwrap_or(i64::MAX);
@@ -199,7 +200,7 @@ impl NodeProblems {
             return;
         }
         for place in self.silent.values() {
-            let Some(one) = scene.ledger.get_mut(*place).filter(|one| one.kind == ProblemKind::SegmentLost) else {
+            let Some(one) = scene.ledger.get_mut(*place).filter(|one| one.kind.is(KindRole::Segment)) else {
                 continue;
             };
             let period = one.ns("period").unwrap_or(0);
@@ -223,8 +224,8 @@ impl NodeProblems {
     fn again(&mut self, kind: ProblemKind, node: u8, begin: FrameRef, scene: &mut Scene<'_>) -> Option<LedgerPlace> {
         let same = |one: &Problem| {
             // A node that restarts again and again is silent meanwhile.
-            let again = one.kind == ProblemKind::NodeRestarted && one.repeats.count > 1;
-            let loops = kind == ProblemKind::NodeSilent && (again || one.kind == ProblemKind::RestartLoop);
+            let again = one.kind.is(KindRole::Restart) && one.repeats.count > 1;
+            let loops = kind.is(KindRole::AloneSilent) && (again || one.kind.is(KindRole::Loop));
             (one.kind == kind || loops) && one.subject.node == Some(node)
         };
         let place = scene.ledger.last(scene.id, same)?;
@@ -250,8 +251,8 @@ impl NodeProblems {
         let place = self.silent.values().copied().max()?;
         let since = scene.heard.last(node)?;
         // When the next heartbeat of the other was due, it was already lost, and so was this one.
-        let one = scene.ledger.get_mut(place).filter(|one| kind == ProblemKind::NodeSilent && one.end.is_none())?;
-        if !matches!(one.kind, ProblemKind::NodeSilent | ProblemKind::SegmentLost) {
+        let one = scene.ledger.get_mut(place).filter(|one| kind.is(KindRole::AloneSilent) && one.end.is_none())?;
+        if !one.kind.is(KindRole::Silent) {
             return None;
         }
         let other_period = one.ns("period")?;

@@ -12,9 +12,9 @@ use std::collections::BTreeMap;
 
 use super::commanded::Commanded;
 use crate::bytes::frame::FrameRef;
-use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{StepRole, bit};
+use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::rules::finding::Quantity;
@@ -116,7 +116,7 @@ impl NodeProblems {
                 || self.silent.values().any(|other| *other == place);
             if let Some(one) = scene.ledger.get_mut(place) {
                 one.step(at, StepRole::Recovery, Saying::OperationalAgain, None);
-                if !others && one.clue.codes.is_empty() && one.kind != ProblemKind::AxisFault {
+                if !others && one.clue.codes.is_empty() && !one.kind.is(KindRole::Fault) {
                     one.ends(at);
                 }
             }
@@ -125,7 +125,7 @@ impl NodeProblems {
             && scene.ledger.get(place).is_some_and(|one| {
                 // A node that goes on has not obeyed another command.
                 let ignored = one.get("command").is_some_and(|command| command != Quantity::Command(START));
-                one.kind == ProblemKind::StartWithoutEffect && !ignored
+                one.kind.is(KindRole::IgnoresCommand) && !ignored
             })
         {
             self.owing.remove(&node);
