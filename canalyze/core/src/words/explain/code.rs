@@ -279,7 +279,7 @@ mod tests {
             assert!(code(&mut zh, Lang::Zh, row.name, &[]) && code(&mut en, Lang::En, row.name, &[]), "{}", row.name);
             let (zh, en) = (String::from_utf8_lossy(&zh), String::from_utf8_lossy(&en));
             for (said, parts) in
-                [(&zh, ["影响", "常见原因: ", "恢复条件: "]), (&en, ["impact ", "Usual cause: ", "Resolved when: "])]
+                [(&zh, ["影响", "常见原因: ", "恢复条件: "]), (&en, ["impact ", "Usual cause: ", "Ended when: "])]
             {
                 assert!(parts.iter().all(|part| said.contains(part)), "{said}");
             }
