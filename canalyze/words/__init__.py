@@ -1,7 +1,7 @@
 """Python's own words: help, errors, headings; data in the text files beside this one, read a topic at a time.
 
 A row is a key and its text in both languages, in the file named as the key's first word: `usage.node` in `usage.txt`,
-`incident_link.L1` in `incident.txt`.
+`problem_link.L1` in `problem.txt`.
 
     # A comment.
 
