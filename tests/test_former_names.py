@@ -86,7 +86,7 @@ def test_keys_of_json_lines(canalyze: Runner, tmp_path: Path) -> None:
     """`incident` is beside `problem`, and `incidents` beside `problems` of `diff`, for a release."""
     (tmp_path / "lost.log").write_bytes(lost(20))
     (tmp_path / "well.log").write_bytes(lost(40))
-    for command in (("diagnose",), ("decode", "--problems")):
+    for command in (("diagnose",), ("decode", "--problems"), ("check", "--problems", "open")):
         rows = map(json.loads, canalyze(*command, "--format", "jsonl", "lost.log").lines)
         problems = [row for row in rows if row["kind"] == "problem"]
         assert problems and all(row["incident"] == row["problem"] == "node-silent" for row in problems)

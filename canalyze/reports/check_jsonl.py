@@ -1,7 +1,7 @@
 """The verdicts of `check` as JSON lines: one object a kind of finding, and one at the end of each capture.
 
-Keys are only ever added, never renamed. `finding` has those of the core's (`canalyze/core/src/tables/jsonl`), of the
-first of its kind, and
+Keys are only ever added, never renamed, but for those of problems (CHANGELOG). `finding` has those of the core's
+(`canalyze/core/src/tables/jsonl`), of the first of its kind, and
 
 | key | is |
 |---|---|
@@ -12,7 +12,8 @@ first of its kind, and
 | `fails` | whether the check fails by it |
 
 `problem`, with --problems, has `id problem bus node nodes status impact grade begin end message frames known fails`
-(`known`: how many of its kind the baseline allows); only roots are listed, and harmless ones are not.
+(`known`: how many of its kind the baseline allows), and `incident`, which is deprecated, the former name of `problem`;
+only roots are listed, and harmless ones are not.
 
 `check` has `file`, `frames` (how many were read), `failed`, `failures` and `others` (how many findings fail, and how
 many do not), `nature` (what the capture has shown of its buses: `canopen` where one is; `unproven`, `foreign`, or
@@ -93,6 +94,7 @@ def _incident(one: Problem, known: int, *, fails: bool) -> dict[str, Any]:
         "kind": "problem",
         "id": one.id,
         "problem": one.kind,
+        "incident": one.kind,
         "bus": one.bus,
         "node": one.node,
         "nodes": list(one.nodes),
