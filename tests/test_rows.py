@@ -6,8 +6,12 @@ What it must not do: test formats that have a reader of their own.
 from __future__ import annotations
 
 import json
+import os
 import random
+import subprocess
+import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from captures import session_output
@@ -38,6 +42,19 @@ def _savvy() -> str:
 
 
 TICKS = ["0x15A3F2", "无", "0x15A40F", "0x15A410", "0x15CB02"]
+
+
+def _lists(form: str, byte: str = "{}") -> str:
+    """Rows with their bytes as a list of numbers."""
+    lists = [", ".join(byte.format(value) for value in bytes.fromhex(data)) for _, data in FRAMES]
+    return "".join(
+        row.replace("LIST", data) + "\n" for row, data in zip(_numbered(form).split("\n"), lists, strict=False)
+    )
+
+
+def _json(**how: Any) -> str:
+    rows = [{"id": can_id, "dlc": len(data) // 2, "data": [*bytes.fromhex(data)]} for can_id, data in FRAMES]
+    return json.dumps(rows, **how) + "\n"
 
 
 def _zlg() -> str:
@@ -108,6 +125,29 @@ LAYOUTS = {
         "0x00000080   \n", "0x00000080:\n"
     ),
     "socketcand": _numbered("< frame {id:X} {n}.500000 {spaced} >\n"),
+    "objects": _numbered('{{"time": 0.{n}, "id": "0x{id:X}", "data": "{data}"}}\n'),
+    "objects with lists": _lists('{{"arbitration_id": {id}, "is_extended_id": false, "dlc": {len}, "data": [LIST]}}\n'),
+    "objects with buffers": _lists('{{"canid":{id},"data":{{"type":"Buffer","data":[LIST]}}}}\n'),
+    "an array in one line": _json(),
+    "an array in many lines": _json(indent=2),
+    "dictionaries": _lists("{{'id': '0x{id:X}', 'dlc': {len}, 'data': [LIST]}}\n"),
+    "messages of a library": _lists(
+        "can.Message(timestamp={n}.5, arbitration_id=0x{id:x}, dlc={len}, data=[LIST])\n", "{:#x}"
+    ),
+    "initializers": _lists("{{0x{id:X}, {len}, {{LIST}}}},\n", "0x{:02X}"),
+    "initializers with names": _lists("{{ .can_id = 0x{id:X}, .can_dlc = {len}, .data = {{ LIST }} }},\n", "0x{:02X}"),
+    "structures": _lists("{{ID:{id} Length:{len} Data:[LIST]}}\n").replace(", ", " "),
+    "tags": _numbered('<frame id="0x{id:X}" dlc="{len}" data="{spaced}"/>\n'),
+    "wide signs": _numbered("［10：00：0{n}.000］ ID：0x{id:X}，DLC：{len}，数据：{spaced}\n"),
+    "a wide comma": _numbered("0.00{n}，{id:03X}，{len}，{spaced}\n"),
+    "a terminal's stamps before slcan": _numbered("[10:00:0{n}.000] t{id:03X}{len}{data}\n"),
+    "slcan with stamps": _numbered("t{id:03X}{len}{data}{n:04X}\n"),
+    "zlg without a heading": _numbered(
+        "0000000{n}  10:00:0{n}.000  0x0000{n}3E8  ch1  {zh}  0x{id:04X}  数据帧  标准帧  0x0{len}  {spaced}\n"
+    ),
+    "zlg between blanks": "序号 系统时间 时间标识 CAN通道 传输方向 ID号 帧类型 帧格式 长度 数据\n"
+    + _numbered("{n} 10:00:0{n}.0 0x{n}3E8 ch1 {zh} 0x{id:04X} 数据帧 标准帧 0x0{len} x| {spaced}\n"),
+    "a kernel's trace": _numbered("  <idle>-0 [000] d.h. 100.{n}00000: can_rx: can0 {id:03X} [{len}] {spaced}\n"),
 }
 
 
@@ -162,6 +202,14 @@ def test_prose_around_it_is_no_frame_and_no_damage(canalyze: Runner, tmp_path: P
         ("names", [f"0.00{n}" for n in range(5)]),
         ("numbers before it", [f"5538{n}.000" for n in range(5)]),
         ("half of the day", [f"5538{n}.000" for n in range(5)]),
+        ("objects", [f"0.{n}" for n in range(5)]),
+        ("messages of a library", [f"{n}.5" for n in range(5)]),
+        ("wide signs", [f"3600{n}.000" for n in range(5)]),
+        ("a terminal's stamps before slcan", [f"3600{n}.000" for n in range(5)]),
+        ("slcan with stamps", [f"0.00{n}" for n in range(5)]),
+        ("zlg between blanks", ["0.1000", "0.5096", "0.9192", "1.3288", "1.7384"]),
+        ("zlg without a heading", [f"3600{n}.000" for n in range(5)]),
+        ("a kernel's trace", [f"100.{n}00000" for n in range(5)]),
     ],
 )
 def test_times_are_exact(name: str, times: list[str | None]) -> None:
@@ -322,10 +370,33 @@ SDO = (0x60A, "4017100000000000")
         ("(0.1)\t60A\t40-17-10-00-00-00-00-00\n(0.2)\t705\t05\n", [SDO, (0x705, "05")]),
         ("12:00:00.100 usb: IN 0x81 8 bytes: 01 02 03 04 05 06 07 08\n", []),
         ("10:00:01 GET /index 404 2 10 20\n10:00:02 GET /index 200 1 10\n", []),
-        ("{ 0x60A, 8, 0x40, 0x17, 0x10, 0x00, 0x00, 0x00, 0x00, 0x00 },\n", []),
+        ("{ 0x3C, 8, 0x40, 0x17, 0x10, 0x00, 0x00, 0x00, 0x00, 0x00 },\n", []),
         ("i2c 0x3c: 01 02\ni2c 0x3d: 01\n", []),
         ("0.5 waiting for 0x60A\n", []),
-        ('{"id":"60A","dlc":8,"data":"40 17 10 00 00 00 00 00"}\n', []),
+        # Names that may be those of anything, and bytes in another notation.
+        ('{"id": 17, "data": [1, 2, 3]}\n', []),
+        ('{"id": 1546, "data": "QBcQAAAAAAA="}\n', []),
+        ('{"id": 1546, "data": [300, 2]}\n', []),
+        ('{"frames": [\n{"id": 1546,\n"data": [64, 23, 16, 0, 0, 0, 0, 0]\n}\n]}\n', [SDO]),
+        ('{\n"name": 1\n}\n60A 8 40 17 10 00 00 00 00 00\n', [SDO]),
+        ("config {\n60A 8 40 17 10 00 00 00 00 00\n}\n", [SDO]),
+        ("Frame { id: StandardId(0x705), data: [05, 7F] }\nFrame { id: StandardId(0x60A), data: [40, 17] }\n"
+         "60A 8 40 17 10 00 00 00 00 00\n", [SDO]),
+        ("Frame { can_id: StandardId(0x705), data: [05, 7F] }\n", [(0x705, "057F")]),
+        ("Frame { can_id: StandardId(1797), data: [5, 127] }\n", [(0x705, "057F")]),
+        # Several frames in one line.
+        ("60A 8 40 17 10 00 00 00 00 00 | 705 1 05\n", [SDO, (0x705, "05")]),
+        ("60A: 40 17 10 00 00 00 00 00 -> 58A: 4B 17 10 00 E8 03 00 00\n", [SDO, (0x58A, "4B171000E8030000")]),
+        ("60A#4017100000000000; 705#05\n", [SDO, (0x705, "05")]),
+        # Identifiers with brackets behind them, and digits of Chinese editors.
+        ("0x60A（8） 40 17 10 00 00 00 00 00\n", [SDO]),
+        ("６０Ａ　［８］　４０ １７ １０ ００ ００ ００ ００ ００\n", [SDO]),
+        ("12.03.2024 10:00:00.1 CANopen Send COB-ID 16#60A Data 40 17 10 00 00 00 00 00\n", [SDO]),
+        # Frames of slcan with CAN FD; a word is none.
+        ("b60A84017100000000000\nd70510F\nd705107\n", [SDO, (0x705, "0F"), (0x705, "07")]),
+        ("dead0\n", []),
+        # The layout is that of most rows.
+        ("Rx 60A 8 40 17 10 00 00 00 00 00\n0.1 Rx 705 1 05\n0.2 Rx 705 1 7F\n", [SDO, (0x705, "05"), (0x705, "7F")]),
         # A name of several words between blanks, and one that the columns of its rows do not have.
         ("Time [s]  ID  Len  Data\n0.5  705  1  05\n", [(0x705, "05")]),
         ("Time (ms) ID Len Data\n0.5 705 1 05\n", [(0x705, "05")]),
@@ -415,6 +486,8 @@ def test_a_length_that_does_not_fit_is_said(canalyze: Runner, tmp_path: Path) ->
         ("ID;Len;Data\n60G;1;05\n", "cell 1 is not an identifier"),
         ('"t","t_ns","capture","bus","id","extended","dir","len","data"\n1,2,"a","can0",1797,false,,1,"05"\n',
          "a table that canalyze exported"),
+        ('{"kind":"frame","t":"1.0","dir":"rx","id":"705","len":1,"data":"05","service":"heartbeat"}\n',
+         "a table that canalyze exported"),
     ],
 )  # fmt: skip
 def test_rows_that_are_refused_say_why(canalyze: Runner, tmp_path: Path, text: str, why: str) -> None:
@@ -451,11 +524,26 @@ def test_a_row_without_an_identifier_among_others_is_said(canalyze: Runner, tmp_
         ("Time (ms)  Event Kind  ID  Dir  Len  Data\n12.3  CAN  705  Rx  1  05\n", None),
         ("Time (ms)  Event Kind  ID  Dir  Len  Data\n10:00:01.5  CAN  705  Rx  1  05\n", "36001.5"),
         ("m:s.ms.us,Len,ID,Data\n1:02.003.004,1 B,0x705,05\n", "62.003004"),
+        ("t7051050064\n", "0.100"),
+        ("t70510500000064\n", "0.000100"),
+        ("2024年03月12日 10:00:00.5 发送帧：ID=705 长度=1 数据=05\n", "1710237600.5"),
     ],
 )
 def test_units_of_times(text: str, t: str | None) -> None:
     """Without a fitting heading the unit is unknown, and so is the time."""
     assert [row["t"] for row in read(text)] == [t]
+
+
+@pytest.mark.parametrize(
+    ("stamps", "times"),
+    [
+        (["EA5F", "0001", "00C8", "0001"], ["59.999", "60.001", "60.200", "120.001"]),
+        (["FFFF", "0000"], ["65.535", "65.536"]),
+        (["D693A3FF", "00000000"], ["3599.999999", "3600.000000"]),
+    ],
+)
+def test_the_clock_of_an_adapter_begins_again(stamps: list[str], times: list[str]) -> None:
+    assert [row["t"] for row in read("".join(f"t705105{stamp}\n" for stamp in stamps))] == times
 
 
 @pytest.mark.parametrize(
@@ -506,3 +594,32 @@ def test_decimal_rows_of_canking(canalyze: Runner, tmp_path: Path) -> None:
     rows = [json.loads(line) for line in canalyze("decode", "--format", "jsonl", "a.txt").lines if '"frame"' in line]
     rows = [row for row in rows if row["kind"] == "frame"]
     assert [(row["id"], row["data"]) for row in rows] == [("000", "0100"), ("60A", SDO[1]), ("080", "")]
+
+
+def test_a_row_of_another_form_than_most_is_said(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("0.1 Rx 705 8 40 17 10\n" + "0.1 Rx 705 1 05\n" * 3)
+    done = canalyze("--lang", "en", "decode", "a.txt")
+    assert len(done.lines) == 3 and len(done.complaints) == 1
+    assert done.complaints[0].startswith("a.txt:1: cannot be read")
+
+
+def test_an_object_that_is_cut_is_said(canalyze: Runner, tmp_path: Path) -> None:
+    whole = json.dumps([{"can_id": 0x705, "data": [5]}] * 2, indent=1)
+    (tmp_path / "a.json").write_text(whole[: whole.rindex("5") + 1])
+    done = canalyze("--lang", "en", "decode", "a.json")
+    assert len(done.lines) == 1 and len(done.complaints) == 1 and "line is truncated" in done.err
+
+
+@pytest.mark.parametrize("head", ["", "Time  ID  Len  Data\n"])
+@pytest.mark.parametrize("rows", [1, 3, 40])
+def test_a_pipe_shows_its_rows_when_it_rests(head: str, rows: int) -> None:
+    """`tail -f log | canalyze decode -`: what was written is shown before anything further is."""
+    text = head + "".join(f"0.{n:03}  60A  8  40 17 10 00 00 00 00 {n:02X}\n" for n in range(rows))
+    command = [sys.executable, "-m", "canalyze", "--lang", "en", "decode", "--format", "jsonl", "-"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=os.environ.copy()) as process:
+        assert process.stdin and process.stdout
+        process.stdin.write(text.encode())
+        process.stdin.flush()
+        shown = [json.loads(process.stdout.readline()) for _ in range(rows)]
+        process.stdin.close()
+        assert [row["data"][-2:] for row in shown] == [f"{n:02X}" for n in range(rows)]

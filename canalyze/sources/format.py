@@ -129,6 +129,8 @@ class Opened:
                 return asked
             if form is not None:
                 return form
+            if self.head.endswith(b"\n") and self.rests() and sniff(self.head, True) == "rows":
+                return "rows"  # a pipe has come to a rest, and what waits for lines of another format is to be shown
             more = self._layer.read()
             if not more:
                 return sniff(self.head, True) or "candump"

@@ -279,6 +279,11 @@ impl Inputs {
         if let [only] = self.all.as_mut_slice() { Some(only) } else { None }
     }
 
+    /// Returns true if the only one has rows that wait until later ones show their layout.
+    pub fn holds(&self) -> bool {
+        matches!(self.all.as_slice(), [only] if only.reader.as_ref().is_some_and(Reader::holds))
+    }
+
     /// Returns the number of files, including finished ones.
     pub fn count(&self) -> usize {
         self.all.len()

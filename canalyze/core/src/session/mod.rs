@@ -246,14 +246,24 @@ impl Session {
         self.stream.item(&mut Item::Frame(frame), &self.buses, out);
     }
 
-    /// Returns true if frames are held back until later ones show the effect of the recording on them.
+    /// Returns true if frames are held back until later ones show the effect of the recording on them, or their layout.
     pub fn holds(&self) -> bool {
-        !(self.stream.ahead.is_empty() && self.stream.order.is_empty())
+        self.inputs.holds() || !(self.stream.ahead.is_empty() && self.stream.order.is_empty())
     }
 
     /// No more is there to be read at the moment: what was read is not held back any longer. For a pipe that has come
     /// to a rest; a file goes on at once.
     pub fn rest(&mut self, out: &mut Vec<u8>) {
+        let Self { inputs, buses, stream, .. } = self;
+        if let Some(alone) = inputs.alone()
+            && let Some(mut reader) = alone.reader.take()
+        {
+            reader.rest(buses, &mut |mut item, buses| {
+                alone.counts(&item);
+                stream.item(&mut item, buses, out);
+            });
+            alone.reader = Some(reader);
+        }
         self.stream.settle(&self.buses, out);
     }
 

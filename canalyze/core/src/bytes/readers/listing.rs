@@ -92,9 +92,9 @@ pub enum Digits {
 const DIRECTIONS: &[(Direction, &[&str])] = &[
     (
         Direction::Tx,
-        &["tx", "txrq", "send", "sending", "sent", "transmit", "transmitted", "senden", "gesendet", "发送"],
+        &["tx", "txrq", "send", "sending", "sent", "transmit", "transmitted", "senden", "gesendet", "发送", "发送帧"],
     ),
-    (Direction::Rx, &["rx", "recv", "receive", "receiving", "received", "empfangen", "empfang", "接收"]),
+    (Direction::Rx, &["rx", "recv", "receive", "receiving", "received", "empfangen", "empfang", "接收", "接收帧"]),
 ];
 
 /// Returns the direction that a word names, in capital or small letters.

@@ -112,7 +112,7 @@ impl Reader {
             InputFormat::Blf => Self::Blf(Blf::default()),
             InputFormat::Mcap => Self::Mcap(Mcap::new(settings.mcap.clone())),
             InputFormat::Pcap => Self::Pcap(Pcap::default()),
-            InputFormat::Rows => Self::Rows(Rows::default()),
+            InputFormat::Rows => Self::Rows(Rows::new(settings.regular)),
             InputFormat::Trc => Self::Trc(Trc::default()),
         }
     }
@@ -135,6 +135,18 @@ impl Reader {
             Self::Pcap(reader) => reader.feed(bytes, buses, sink),
             Self::Rows(reader) => reader.feed(bytes, buses, sink),
             Self::Trc(reader) => reader.feed(bytes, buses, sink),
+        }
+    }
+
+    /// Returns true if rows wait until later ones show their layout.
+    pub fn holds(&self) -> bool {
+        matches!(self, Self::Rows(reader) if reader.holds())
+    }
+
+    /// Reads what waits, since a pipe has come to a rest.
+    pub fn rest(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if let Self::Rows(reader) = self {
+            reader.rest(buses, &mut |item: Item, buses: &Buses| sink(item.on_known_bus(), buses));
         }
     }
 

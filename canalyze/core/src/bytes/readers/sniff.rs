@@ -35,6 +35,9 @@ const SIGNS: &[(usize, &[u8], &str)] = &[
 /// The beginning of a section header of pcapng. Text may begin with it, too, so the byte-order mark is also required.
 const BLOCK: &[u8] = b"\n\r\r\n";
 
+/// Number of rows of another program that decide without any line of another format.
+const SURE: usize = 16;
+
 /// The words for identifier and data in headings of Chinese programs, in their encoding.
 const GBK: [&[&[u8]]; 2] = [&[b"\xD6\xA1ID", b"ID\xBA\xC5"], &[b"\xCA\xFD\xBE\xDD"]];
 
@@ -82,24 +85,29 @@ pub fn sniff(head: &[u8], complete: bool) -> Option<&'static str> {
 
 fn text(head: &[u8], complete: bool) -> Option<&'static str> {
     let mut rest = head.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(head);
-    let mut otherwise = "candump";
+    let (mut otherwise, mut listed) = ("candump", 0);
     loop {
         let end = memchr::memchr(b'\n', rest);
         if end.is_none() && !complete {
             return None;
         }
         let (line, after) = rest.split_at_checked(end.unwrap_or(rest.len())).unwrap_or((rest, &[]));
-        let line = unmarked(unquoted(line.trim_ascii()));
+        let (whole, line) = (line.trim_ascii(), unmarked(unquoted(line.trim_ascii())));
         if let Some(name) = line_of(line) {
             return Some(name);
         }
-        if otherwise == "candump" && rows::is_row(line, true) {
+        if rows::is_row(whole, true) {
+            listed += 1;
             otherwise = "rows"; // unless lines of another format follow
-        } else if line.first() == Some(&b';') {
+            if listed == SURE {
+                return Some(otherwise);
+            }
+        } else if otherwise == "candump" && line.first() == Some(&b';') {
             otherwise = "trc"; // a comment of PEAK's, unless frames of candump's follow
         }
         match after.get(1..) {
             Some(next) if !next.is_empty() || !complete => rest = next,
+            _ if otherwise == "candump" && rows::has_object(head) => return Some("rows"),
             _ => return Some(otherwise),
         }
     }

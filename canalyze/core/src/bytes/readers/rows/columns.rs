@@ -1,5 +1,6 @@
 //! The columns of a listing: their names in headings, and the cells of a line.
 
+use super::pairs::pairs;
 use crate::bytes::readers::candump::lex::is_blank;
 
 /// Maximum number of cells of a row.
@@ -154,12 +155,21 @@ pub(super) const NAMES: &[(&str, Column)] = &[
     ("sub-index", Part),
     ("sub index", Part),
     ("子索引", Part),
+    ("ts", Time(SECOND)),
+    ("arbitrationid", Id(UNSAID)),
+    ("can_dlc", Length),
+    ("is_extended_id", Extended),
+    ("is_extended", Extended),
+    ("is_remote_frame", Remote),
+    ("is_rtr", Remote),
 ];
 
 /// The separator of the cells of a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Separator {
     Byte(u8),
+    /// Each value has its name before it.
+    Pairs,
     #[default]
     Blanks,
 }
@@ -238,7 +248,11 @@ pub(super) fn cells(text: &[u8], separator: Separator) -> Vec<&[u8]> {
             };
             text.split(between).take(CELLS).collect()
         }
-        Separator::Blanks => text.split(|byte| is_blank(*byte)).filter(|cell| !cell.is_empty()).take(CELLS).collect(),
+        Separator::Pairs => pairs(text).map(|pair| pair.value).take(CELLS).collect(),
+        Separator::Blanks => {
+            let words = text.split(|byte| is_blank(*byte)).map(bare);
+            return words.filter(|cell| !cell.is_empty()).take(CELLS).collect();
+        }
     };
     parts.into_iter().map(bare).collect()
 }

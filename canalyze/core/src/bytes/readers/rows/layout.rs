@@ -2,6 +2,7 @@
 
 use super::columns::Column::{self, Code, Data, Direction, Id, Length, Other, Part, Sent, Ticks, Time};
 use super::columns::{Separator, UNSAID, cells, names};
+use super::pairs::pairs;
 use super::row::{CLASSIC, Row, id_digits, side};
 use super::times::unprefixed;
 use crate::bytes::readers::Unreadable;
@@ -53,6 +54,11 @@ impl BaseSigns {
     /// digit beside identifiers of four.
     fn decimal(self) -> bool {
         !self.hex_ids && !self.letters && (self.three || self.one && self.long)
+    }
+
+    /// Returns true if the numbers of a list are decimal: hexadecimal ones have two digits each, or a prefix.
+    fn list_is_decimal(self) -> bool {
+        !self.letters && !self.padded && (self.three || self.one)
     }
 }
 
@@ -116,6 +122,9 @@ impl RowLayout {
     /// Reads a row below a heading, whose length may not be that of its bytes. Between blanks the columns are those of the
     /// heading only if each cell fits its own.
     pub(super) fn read<'a>(&self, text: &'a [u8]) -> Option<Row<'a>> {
+        if self.separator == Separator::Pairs {
+            return self.read_pairs(text);
+        }
         let mut row = Row { decimal: self.decimal, ..Row::default() };
         let found = cells(text, self.separator);
         let blanks = self.separator == Separator::Blanks;
@@ -147,10 +156,25 @@ impl RowLayout {
         row.id.is_some().then_some(row)
     }
 
+    /// Reads a row that names its values, in any order.
+    fn read_pairs<'a>(&self, text: &'a [u8]) -> Option<Row<'a>> {
+        let mut row = Row { decimal: self.decimal, ..Row::default() };
+        let id = self.columns.iter().find(|column| matches!(column, Id(_)))?;
+        for pair in pairs(text) {
+            match pair.column() {
+                Id(UNSAID) => row.take(*id, pair.value)?,
+                Time(_) if row.stamp.is_some() => {}
+                column => row.take(column, pair.value)?,
+            }
+        }
+        row.id.is_some().then_some(row)
+    }
+
     /// Completes the layout of a heading by the rows below it; `None` if `more` of them may show the base.
     pub(super) fn completed(self, texts: &[&[u8]], more: bool) -> Option<Self> {
         let signs = self.signs(texts);
-        let decimal = self.base.map_or_else(|| signs.decimal(), |base| base == 10);
+        let shown = if self.separator == Separator::Pairs { signs.list_is_decimal() } else { signs.decimal() };
+        let decimal = self.base.map_or(shown, |base| base == 10);
         let mut layout = Self { decimal, ..self };
         if let Some(place) = layout.columns.iter().position(|column| *column == Id(UNSAID)) {
             let base = layout.id_base(place, texts, &signs);
@@ -190,6 +214,11 @@ impl RowLayout {
     /// Returns the cells of some columns, those of the bytes as words.
     fn cells_of<'a>(&self, texts: &[&'a [u8]], of: fn(Column) -> bool) -> Vec<&'a [u8]> {
         let mut words = Vec::new();
+        if self.separator == Separator::Pairs {
+            let own = texts.iter().flat_map(|text| pairs(text)).filter(|pair| of(pair.column()));
+            let between = |byte: &u8| b" ,\"'".contains(byte);
+            return own.flat_map(|pair| pair.value.split(between)).filter(|word| !word.is_empty()).collect();
+        }
         for text in texts {
             let found = cells(text, self.separator);
             for (place, column) in self.columns.iter().enumerate().filter(|(_, column)| of(**column)) {
@@ -268,11 +297,18 @@ impl RowLayout {
         apart && !together
     }
 
+    /// Returns true if one of some rows shows that it is a frame.
+    pub(super) fn shows(&self, texts: &[&[u8]]) -> bool {
+        let mut rows = texts.iter().filter_map(|text| self.read(text).and_then(Row::whole));
+        rows.any(|row| self.is_evident(&row))
+    }
+
     /// Returns true if a row without a heading shows that it is a frame: by its length and a time, a direction or the word
     /// CAN, or by a service of CANopen.
     pub(super) fn is_evident(&self, row: &Row<'_>) -> bool {
         let told = self.columns.iter().any(|column| matches!(column, Time(_) | Direction));
-        row.length.is_some() && told && !self.weak || is_service(row)
+        let shown = self.separator == Separator::Pairs || row.length.is_some() && told;
+        shown && !self.weak || is_service(row)
     }
 }
 

@@ -3,6 +3,7 @@
 use super::columns::Column::{self, Attribute, Channel, Data, Id, Length, Other, Time};
 use super::columns::{SECOND, Separator, cells};
 use super::layout::RowLayout;
+use super::pairs;
 use super::prose;
 use super::row::{CLASSIC, Row, direction, id_digits, identifier, length};
 use super::times::{begins_with_comma, number, time};
@@ -72,6 +73,9 @@ impl RowLayout {
         if self.prose {
             return prose::is_meant(text);
         }
+        if self.separator == Separator::Pairs {
+            return pairs::layout(text).is_some();
+        }
         let found = cells(text, self.separator);
         let least = self.columns.iter().filter(|column| !matches!(column, Column::Byte | Data)).count();
         let cell = |of: fn(&Column) -> bool| self.columns.iter().position(of).and_then(|place| found.get(place));
@@ -96,7 +100,10 @@ impl RowLayout {
         match self.refused {
             Some(reason) => reason,
             None if read => Unreadable::Data,
-            None if self.named && self.separator != Separator::Blanks && number(id_digits(cell).0, 16).is_none() => {
+            None if self.named
+                && matches!(self.separator, Separator::Byte(_))
+                && number(id_digits(cell).0, 16).is_none() =>
+            {
                 Unreadable::NoIdentifier { cell: place as u64 + 1 }
             }
             None => Unreadable::NoFrame,
@@ -143,7 +150,9 @@ pub(super) fn guess(text: &[u8], long_length: bool) -> Option<(RowLayout, Row<'_
     }
     // The length is the last word before the bytes, or the first of them.
     let remote = rtr || run == 0 && head.iter().any(|word| matches!(*word, b"r" | b"RTR"));
-    let listed = head.last().and_then(|word| length(word)).filter(|length| *length == run || remote);
+    let prefixed = |word: &&[u8]| number(word.strip_prefix(b"0x").filter(|digits| digits.len() == 2)?, 16);
+    let listed = head.last().and_then(|word| length(word).or_else(|| Some(prefixed(word)? as usize)));
+    let listed = listed.filter(|length| *length == run || remote);
     let (head, length) = match listed {
         Some(length) => (head.get(..head.len() - 1)?, Some(length)),
         None if long_length => {
@@ -164,7 +173,7 @@ pub(super) fn guess(text: &[u8], long_length: bool) -> Option<(RowLayout, Row<'_
             column => column?,
         };
         // A number behind the identifier would be a length, and a second one of a kind is something else.
-        let again = column != Other && columns.contains(&column);
+        let again = !matches!(column, Other | Attribute) && columns.contains(&column);
         if again || number > place && (matches!(column, Channel(_)) || column == Other && (!name || weak)) {
             return None;
         }
@@ -196,6 +205,9 @@ fn is_name(word: &[u8]) -> bool {
     word.first().is_some_and(u8::is_ascii_alphabetic) && !is_hex(word)
 }
 
+/// Words for the kind of a frame.
+const CHINESE: [&str; 4] = ["数据帧", "远程帧", "标准帧", "扩展帧"];
+
 /// Returns the column of a word behind the bytes.
 fn trailing(word: &[u8]) -> Option<Column> {
     let timed = word.contains(&b'.') && time(word, SECOND).is_some();
@@ -213,12 +225,15 @@ fn leading(word: &[u8], number: usize) -> Option<Column> {
     match word {
         b"CAN" | b"can" => Some(Other),
         b"d" | b"D" | b"r" | b"s" | b"S" | b"x" | b"X" | b"Std" | b"Ext" | b"STD" | b"EXT" | b"RTR" => Some(Attribute),
+        _ if CHINESE.iter().any(|known| known.as_bytes() == word) => Some(Attribute),
+        // The ticks of ZLG's adapters, which no heading names.
+        [b'0', b'x', digits @ ..] if digits.len() == 8 => Some(Other),
         // The first number of a row may count the rows.
         _ if number == 0 && word.iter().all(u8::is_ascii_digit) => Some(Column::Number),
         _ if word.len() <= 2 && word.iter().all(u8::is_ascii_digit) => Some(Channel(1)),
         _ => {
             let name = word.strip_prefix(b"v").unwrap_or(word);
-            let of_bus = name.strip_prefix(b"can").or_else(|| name.strip_prefix(b"CAN"))?;
+            let of_bus = ["can", "CAN", "ch"].iter().find_map(|prefix| name.strip_prefix(prefix.as_bytes()))?;
             (of_bus.len() <= 3 && of_bus.iter().all(u8::is_ascii_digit)).then_some(Channel(1))
         }
     }
@@ -241,7 +256,16 @@ fn agreed(rows: &[(RowLayout, Row<'_>)]) -> Option<RowLayout> {
     if !rows.iter().any(|(layout, row)| layout.is_evident(row)) || rises_by_length(rows) {
         return None;
     }
-    let (layout, _) = rows.iter().find(|(_, row)| row.count > 0 || row.length.is_some())?;
+    // That of most rows, the first of several.
+    let shown = |(_, row): &&(RowLayout, Row<'_>)| row.count > 0 || row.length.is_some();
+    let mut layouts: Vec<(&RowLayout, usize)> = Vec::new();
+    for (layout, _) in rows.iter().filter(shown) {
+        match layouts.iter_mut().find(|(known, _)| known.columns == layout.columns) {
+            Some((_, count)) => *count += 1,
+            None => layouts.push((layout, 1)),
+        }
+    }
+    let (layout, _) = layouts.into_iter().rev().max_by_key(|(_, count)| *count)?;
     let small = rows.iter().all(|(_, row)| row.id.is_some_and(|(id, _)| id <= 0x7FF));
     // Numbers that rise from row to row count the rows.
     let channels: Vec<u32> = rows.iter().filter_map(|(_, row)| number(row.channel, 10)).collect();

@@ -1,9 +1,11 @@
 //! Rows whose words or marks say what they are: of python-can's printer, of socketcand, and of slcan.
 
 use super::columns::Column::{Channel, Id, Length, Time};
-use super::columns::SECOND;
-use super::row::{Row, direction, length};
-use crate::bytes::readers::candump::lex::{is_blank, is_hex};
+use super::columns::{MICROSECOND, MILLISECOND, SECOND};
+use super::row::{CLASSIC, LONGER, Row, direction};
+use super::times::number;
+use crate::bytes::frame::{Stamp, StampForm};
+use crate::bytes::readers::candump::lex::{is_blank, is_hex, nibble};
 
 /// Reads rows whose words say what they are: of python-can's printer, of socketcand, and of slcan.
 pub(super) fn self_describing(text: &[u8]) -> Option<Row<'_>> {
@@ -55,25 +57,43 @@ fn printed(text: &[u8]) -> Option<Row<'_>> {
     row.whole()
 }
 
-/// `t60A84017100000000000`: type, identifier, length, bytes.
-fn slcan(text: &[u8]) -> Option<Row<'_>> {
+/// `t60A84017100000000000`: type, identifier, code of the length, bytes, and a stamp of the adapter in ms or us.
+pub(super) fn slcan(text: &[u8]) -> Option<Row<'_>> {
     let (kind, rest) = text.split_first()?;
-    let (extended, remote) = match kind {
-        b't' => (false, false),
-        b'T' => (true, false),
-        b'r' => (false, true),
-        b'R' => (true, true),
+    let extended = kind.is_ascii_uppercase();
+    let (remote, fd) = match kind.to_ascii_lowercase() {
+        b't' => (false, None),
+        b'r' => (true, None),
+        b'd' => (false, Some((false, false))),
+        b'b' => (false, Some((true, false))),
         _ => return None,
     };
     let (id, rest) = rest.split_at_checked(if extended { 8 } else { 3 })?;
-    let (count, rest) = rest.split_first()?;
-    let mut row = Row { extended: Some(extended), remote, length: length(&[*count]), ..Row::default() };
+    let (code, rest) = rest.split_first()?;
+    let length = match usize::from(nibble(*code)) {
+        count @ 0..=CLASSIC => count,
+        code => *LONGER.get(code - CLASSIC - 1).filter(|_| fd.is_some())?,
+    };
+    let mut row = Row { extended: Some(extended), remote, fd, length: Some(length), ..Row::default() };
     row.take(Id(16), id)?;
-    let (data, after) = rest.split_at_checked(if remote { 0 } else { 2 * row.length? })?;
+    let (data, after) = rest.split_at_checked(if remote { 0 } else { 2 * length })?;
     if !data.is_empty() {
         row.bytes(data)?;
     }
-    // Four digits of a stamp may follow.
-    let stamped = after.is_empty() || after.len() == 4 && is_hex(after);
-    row.whole().filter(|_| stamped)
+    let value = i64::from(number(after, 16).unwrap_or_default());
+    let (unit, decimals) = match after.len() {
+        0 => return row.whole().filter(|row| row.fd.is_none() || row.count > 0),
+        4 => (MILLISECOND, 3),
+        8 => (MICROSECOND, 6),
+        _ => return None,
+    };
+    let ns = value * unit;
+    row.stamp = Some(Stamp { form: StampForm::Seconds, ns, width: 1, decimals });
+    // Milliseconds begin again after a minute, or when their digits end; microseconds after an hour.
+    row.wraps_ns = match after.len() {
+        4 if value < 60_000 => 60_000 * unit,
+        4 => 65_536 * unit,
+        _ => 3600 * SECOND,
+    };
+    row.whole().filter(|_| is_hex(after))
 }

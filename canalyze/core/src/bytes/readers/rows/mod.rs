@@ -10,14 +10,15 @@ mod columns;
 mod layout;
 mod learnt;
 mod marked;
+mod pairs;
 mod prose;
 mod row;
 mod times;
 
 use std::borrow::Cow;
 
-use self::columns::Column::{self, Other, Time};
-use self::columns::SECOND;
+use self::columns::Column::{self, Id, Other, Time};
+use self::columns::{SECOND, Separator};
 use self::layout::{RowLayout, heading};
 use self::learnt::{guess, learn};
 use self::marked::self_describing;
@@ -27,11 +28,13 @@ use super::listing::{unmarked, unquoted};
 use super::{Contents, FilePlace, Item, Unreadable};
 use crate::bytes::frame::{Buses, CanId, Frame, Kind};
 
-/// Number of lines that wait until their layout is known, doubled until something shows that they are rows, and the most.
+/// Number of lines that wait until their layout is known, of a file and of a pipe, doubled until something shows that they
+/// are rows, and the most.
 const LEARNT: usize = 64;
+const LEARNT_OF_PIPE: usize = 8;
 const KEPT: usize = 16_384;
 /// Maximum length of a row, in bytes.
-const LONGEST: usize = 512;
+const LONGEST: usize = 1024;
 /// The width of a time of day, which needs no unit.
 const CLOCK: u8 = 5;
 
@@ -45,9 +48,51 @@ pub struct Rows {
     waiting: Vec<(u64, Vec<u8>)>,
     /// The layout is complete.
     learnt: bool,
+    /// It is a complete file, and no pipe.
+    regular: bool,
+    /// The begin of an object that is spread over several lines.
+    object: Vec<u8>,
+    clock: Clock,
+}
+
+/// The clock of an adapter that begins again.
+#[derive(Debug, Default)]
+struct Clock {
+    last_ns: i64,
+    wraps_ns: i64,
+    /// The time of the turns so far.
+    turns_ns: i64,
+}
+
+impl Clock {
+    /// Returns the time of a stamp, counted from the first turn.
+    fn moment(&mut self, ns: i64, wraps_ns: i64) -> i64 {
+        self.wraps_ns = self.wraps_ns.max(wraps_ns);
+        if wraps_ns > 0 && ns < std::mem::replace(&mut self.last_ns, ns) {
+            self.turns_ns = self.turns_ns.saturating_add(self.wraps_ns);
+        }
+        if wraps_ns > 0 { self.turns_ns.saturating_add(ns) } else { ns }
+    }
 }
 
 impl Rows {
+    /// Creates a reader. `regular`: it is a complete file, so more rows may decide their layout.
+    pub fn new(regular: bool) -> Self {
+        Self { regular, ..Self::default() }
+    }
+
+    /// Returns true if rows wait until their layout is known.
+    pub fn holds(&self) -> bool {
+        !self.learnt && !self.waiting.is_empty()
+    }
+
+    /// Reads the rows that wait, since no others come for now. A heading may still be followed by its first row.
+    pub fn rest(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if self.holds() {
+            self.decide(false, buses, sink);
+        }
+    }
+
     /// Feeds the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let mut begun = std::mem::take(&mut self.begun);
@@ -69,6 +114,9 @@ impl Rows {
             self.line(&last, buses, sink);
         }
         self.decide(false, buses, sink);
+        if pairs::pairs(&self.object).any(|pair| matches!(pair.column(), Id(_))) {
+            sink(unreadable(self.lines, Unreadable::Cut), buses);
+        }
     }
 
     /// Ends an interrupted file, ignoring an incomplete last line.
@@ -89,22 +137,44 @@ impl Rows {
     /// Takes a line, or several that only their form parts: with a carriage return, or as socketcand writes them.
     fn line(&mut self, text: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         for part in parts(text) {
-            self.part(part, buses, sink);
+            let plain = plain(part);
+            let mut text = plain.trim_ascii();
+            let object;
+            // A line with an open brace begins an object, until a row is in it.
+            let braced = text.ends_with(b"{") || text.starts_with(b"{") && pairs::is_open(text);
+            let begins = braced && !pairs::pairs(&self.object).any(|pair| matches!(pair.column(), Id(_)));
+            if begins || !self.object.is_empty() && !is_row_alone(text, true) {
+                self.object.truncate(if begins || self.object.len() > LONGEST { 0 } else { LONGEST });
+                self.object.extend_from_slice(text);
+                self.object.push(b' ');
+                if pairs::is_open(&self.object) {
+                    continue;
+                }
+                object = std::mem::take(&mut self.object);
+                text = &object;
+            }
+            for row in pairs::rows(text) {
+                self.part(row, buses, sink);
+            }
         }
     }
 
     fn part(&mut self, text: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        let plain = uncoloured(text);
-        let text = stripped(&plain);
+        let by_names = pairs::layout(text);
+        let text = if by_names.is_some() { text.trim_ascii() } else { stripped(text) };
         if let Some(row) = self_describing(text) {
             self.decide(false, buses, sink);
-            return self.give(&row, self.lines, false, buses, sink);
+            return self.clock.give(&row, self.lines, false, buses, sink);
         }
-        if let Some(layout) = heading(text) {
+        let goes_on = self.layout.as_ref().is_some_and(|layout| layout.separator == Separator::Pairs);
+        let named = by_names.is_some();
+        if let Some(layout) = by_names.filter(|_| !goes_on).or_else(|| heading(text).filter(|_| !named)) {
             self.decide(false, buses, sink);
             self.waiting.clear();
             (self.layout, self.learnt) = (Some(layout), false);
-            return;
+            if !named {
+                return;
+            }
         }
         if text.is_empty() || text.first() == Some(&b'#') {
             return;
@@ -115,7 +185,8 @@ impl Rows {
         if text.len() <= LONGEST && self.waiting.len() < KEPT {
             self.waiting.push((self.lines, text.to_vec()));
             let count = self.waiting.len();
-            if count >= LEARNT && count.is_power_of_two() {
+            let least = if self.regular { LEARNT } else { LEARNT_OF_PIPE };
+            if count >= least && count.is_power_of_two() {
                 self.decide(count < KEPT, buses, sink);
             }
         }
@@ -141,6 +212,7 @@ impl Rows {
                 Some(layout).filter(|layout| fits(layout) || unmarked.is_none()).or(unmarked)
             }
         };
+        let named = named.filter(|layout| layout.separator != Separator::Pairs || layout.shows(&texts));
         let unit = |column: &Column| matches!(column, Time(unit) if *unit != SECOND);
         let untimed = named.as_ref().is_some_and(|layout| layout.columns.iter().any(unit));
         let learned = |texts: &[&[u8]]| learn(texts).map(|layout| RowLayout { untimed, ..layout });
@@ -151,27 +223,39 @@ impl Rows {
         }
     }
 
-    fn row(&self, text: &[u8], line: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        let Some(layout) = &self.layout else { return };
-        let found = if layout.named { layout.read(text) } else { layout.reads_again(text) };
-        // Rows of another form may stand among them.
-        let other =
-            || prose::guess(text, false).map(|(_, row)| row).filter(|row| !layout.named && row.length.is_some());
-        let read = found.is_some();
-        let row = found.and_then(Row::whole).or_else(other).filter(|_| layout.refused.is_none());
-        match row {
-            Some(row) => {
-                let stamp = row.stamp.filter(|stamp| !layout.untimed || stamp.width == CLOCK);
-                self.give(&Row { stamp, ..row }, line, layout.filled, buses, sink);
+    fn row(&mut self, text: &[u8], line: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let Self { layout: Some(layout), clock, .. } = self else { return };
+        let (mut text, mut first): (&[u8], Option<Row<'_>>) = (text, None);
+        loop {
+            let found = if layout.named { layout.read(text) } else { layout.reads_again(text) };
+            // Rows of another form may stand among them.
+            let other =
+                || prose::guess(text, false).map(|(_, row)| row).filter(|row| !layout.named && row.length.is_some());
+            let read = found.is_some();
+            let Some(row) = found.and_then(Row::whole).or_else(other).filter(|_| layout.refused.is_none()) else {
+                if layout.is_meant(text) || !read && prose::is_meant(text) {
+                    sink(unreadable(line, layout.reason(text, read)), buses);
+                }
+                return;
+            };
+            let stamp = row.stamp.filter(|stamp| !layout.untimed || stamp.width == CLOCK);
+            // The frames of one line have its time and its bus.
+            let stamp = stamp.or(first.and_then(|first| first.stamp));
+            let channel = first.map_or(row.channel, |first| first.channel);
+            let row = Row { stamp, channel: if row.channel.is_empty() { channel } else { row.channel }, ..row };
+            clock.give(&row, line, layout.filled, buses, sink);
+            text = text.get(row.end..).filter(|_| row.end > 0).unwrap_or_default();
+            if text.is_empty() {
+                return;
             }
-            None if layout.is_meant(text) || !read && prose::is_meant(text) => {
-                sink(unreadable(line, layout.reason(text, read)), buses);
-            }
-            None => {}
+            first = first.or(Some(row));
         }
     }
+}
 
-    fn give(&self, row: &Row<'_>, line: u64, filled: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+impl Clock {
+    /// Hands on the frame of a row.
+    fn give(&mut self, row: &Row<'_>, line: u64, filled: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let Some((value, count)) = row.id else { return };
         let extended = row.extended.unwrap_or(value > 0x7FF || count > 4 && !filled);
         let id = match extended {
@@ -192,7 +276,7 @@ impl Rows {
         }
         frame.bus = buses.intern(channel(row.channel, row.first));
         (frame.line, frame.stamp, frame.dir) = (Some(line), row.stamp, row.direction);
-        frame.t_ns = row.stamp.map(|stamp| stamp.ns);
+        frame.t_ns = row.stamp.map(|stamp| self.moment(stamp.ns, row.wraps_ns));
         sink(Item::Frame(frame), buses);
     }
 }
@@ -206,12 +290,14 @@ fn parts(text: &[u8]) -> impl Iterator<Item = &[u8]> {
 
 /// Returns true if a line of text is a heading or a row that only this reader reads; `alone`: whatever its columns.
 pub(in crate::bytes::readers) fn is_row(text: &[u8], alone: bool) -> bool {
-    parts(text).any(|part| is_row_alone(part, alone))
+    parts(text).any(|part| pairs::rows(&plain(part)).into_iter().any(|row| is_row_alone(row, alone)))
 }
 
 fn is_row_alone(text: &[u8], alone: bool) -> bool {
-    let plain = uncoloured(text);
-    let text = stripped(&plain);
+    if let Some(layout) = pairs::layout(text) {
+        return alone && layout.completed(&[text], false).is_some_and(|layout| layout.shows(&[text]));
+    }
+    let text = stripped(text);
     let shows = |(layout, row): &(RowLayout, Row<'_>)| layout.is_evident(row);
     heading(text).is_some()
         || self_describing(text).is_some()
@@ -220,18 +306,50 @@ fn is_row_alone(text: &[u8], alone: bool) -> bool {
                 || prose::guess(text, false).is_some_and(|found| shows(&found)))
 }
 
-/// Returns a line without what colours it on a terminal.
-fn uncoloured(text: &[u8]) -> Cow<'_, [u8]> {
-    if memchr::memchr(0x1B, text).is_none() {
+/// Returns true if a text has an object of several lines that is a row.
+pub(in crate::bytes::readers) fn has_object(text: &[u8]) -> bool {
+    let mut found = false;
+    let braces = text.split(|byte| *byte == b'\n').any(|line| {
+        let line = line.trim_ascii();
+        line.ends_with(b"{") || line.starts_with(b"{") && pairs::is_open(line)
+    });
+    if braces {
+        let (mut rows, mut buses) = (Rows::default(), Buses::default());
+        let mut take = |item: Item, _: &Buses| found |= matches!(item, Item::Frame(_));
+        rows.feed(text, &mut buses, &mut take);
+        rows.finish(&mut buses, &mut take);
+    }
+    found
+}
+
+/// Returns a line without what colours it on a terminal, and with digits and punctuation of ASCII in place of the wide ones of
+/// Chinese editors.
+fn plain(text: &[u8]) -> Cow<'_, [u8]> {
+    const ESC: u8 = 0x1B;
+    if memchr::memchr3(ESC, 0xE3, 0xEF, text).is_none() {
         return Cow::Borrowed(text);
     }
     let mut plain = Vec::new();
     let mut rest = text;
-    while let Some(place) = memchr::memchr(0x1B, rest) {
-        let (before, coloured) = rest.split_at_checked(place).unwrap_or((rest, &[]));
+    while let Some(place) = memchr::memchr3(ESC, 0xE3, 0xEF, rest) {
+        let (before, marked) = rest.split_at_checked(place).unwrap_or((rest, &[]));
         plain.extend_from_slice(before);
-        let end = memchr::memchr(b'm', coloured).map_or(coloured.len(), |end| end + 1);
-        rest = coloured.get(end..).unwrap_or_default();
+        let (sign, behind) = match marked {
+            [0xEF, 0xBC, sign @ 0x81..=0xBF, behind @ ..] => (Some(sign - 0x60), behind),
+            [0xEF, 0xBD, sign @ 0x80..=0x9E, behind @ ..] => (Some(sign - 0x20), behind),
+            [0xE3, 0x80, 0x80, behind @ ..] => (Some(b' '), behind),
+            [0xE3, 0x80, 0x81, behind @ ..] => (Some(b','), behind),
+            [0xE3, 0x80, 0x90, behind @ ..] => (Some(b'['), behind),
+            [0xE3, 0x80, 0x91, behind @ ..] => (Some(b']'), behind),
+            [ESC, ..] => {
+                let end = memchr::memchr(b'm', marked).map_or(marked.len(), |end| end + 1);
+                (None, marked.get(end..).unwrap_or_default())
+            }
+            [other, behind @ ..] => (Some(*other), behind),
+            [] => (None, marked),
+        };
+        plain.extend(sign);
+        rest = behind;
     }
     plain.extend_from_slice(rest);
     Cow::Owned(plain)

@@ -8,8 +8,10 @@
 use super::columns::Column::{self, Channel, Data, Id, Length, Time};
 use super::columns::{SECOND, Separator};
 use super::layout::{RowLayout, is_service};
+use super::marked::slcan;
+use super::pairs;
 use super::row::{CLASSIC, Row, direction, identifier, length};
-use super::times::{begins_with_comma, time};
+use super::times::{begins_with_comma, time, unprefixed};
 use crate::bytes::frame::Direction;
 use crate::bytes::readers::candump::lex::{is_blank, is_hex};
 
@@ -51,7 +53,9 @@ fn words(line: &[u8]) -> Vec<Word<'_>> {
         // A comma may be that of a number, as behind a time of day.
         let time = piece.contains(&b':') && piece.iter().all(|byte| byte.is_ascii_digit() || b"[(:.-T".contains(byte));
         let comma = *byte == b',' && !(digits && (time || decimal));
-        if !(is_blank(*byte) || matches!(byte, b'"' | b';' | b'|' | b'`' | b'\'') || comma) {
+        // `60A(8)`.
+        let behind = *byte == b'(' && identifier(piece);
+        if !(behind || is_blank(*byte) || matches!(byte, b'"' | b';' | b'|' | b'`' | b'\'') || comma) {
             continue;
         }
         let opening = piece.iter().take_while(|byte| is_opening(**byte)).count();
@@ -59,8 +63,11 @@ fn words(line: &[u8]) -> Vec<Word<'_>> {
         let closing =
             inner.iter().rev().take_while(|byte| matches!(byte, b']' | b')' | b'}' | b',' | b':' | b'.')).count();
         let whole = inner.get(..inner.len() - closing).unwrap_or_default();
-        let label = label(whole);
-        let mut text = whole.get(label..).unwrap_or_default();
+        let mut text = whole;
+        while let label @ 1.. = label(text) {
+            text = text.get(label..).unwrap_or_default();
+        }
+        let label = whole.len() - text.len();
         while let [first, rest @ ..] = text
             && is_opening(*first)
         {
@@ -82,7 +89,7 @@ fn words(line: &[u8]) -> Vec<Word<'_>> {
                 colon: piece.ends_with(b":"),
             });
         }
-        begin = place + 1;
+        begin = place + usize::from(!behind);
     }
     all
 }
@@ -103,7 +110,7 @@ fn label(word: &[u8]) -> usize {
 
 /// Reads a row inside other text; `known`: others of its form are rows, so that it may have no bytes.
 pub(super) fn guess(line: &[u8], known: bool) -> Option<(RowLayout, Row<'_>)> {
-    if line.starts_with(b"{") {
+    if line.starts_with(b"{\"") || line.starts_with(b"{'") || pairs::layout(line).is_some() {
         return None;
     }
     let words = words(line);
@@ -112,11 +119,19 @@ pub(super) fn guess(line: &[u8], known: bool) -> Option<(RowLayout, Row<'_>)> {
     // A label or a listed length tells the identifier from other numbers, as the last one before it.
     let named = |(place, _): &&(usize, Row<'_>)| words.get(*place).is_some_and(|word| is_named(word, *place, &words));
     let sized = || rows.iter().rev().find(|(_, row)| row.length.is_some());
-    let (place, mut row) = *rows.iter().find(named).or_else(sized).or(rows.first())?;
+    let (mut place, mut row) = *rows.iter().find(named).or_else(sized).or(rows.first())?;
+    // The first of several frames in a line.
+    while let Some(before) = rows.iter().find(|(_, before)| before.end <= place && follows(&words, before.end, place)) {
+        (place, row) = *before;
+    }
+    let last = row.end.checked_sub(1).and_then(|last| words.get(last));
+    let several = rows.iter().any(|(place, _)| follows(&words, row.end, *place));
+    row.end = last.filter(|_| several).map_or(0, |last| last.begin + last.text.len());
     let head = words.get(..place)?;
     let mut columns = Vec::new();
     if let Some(cell) = stamp(line, head) {
         row.take(Time(SECOND), cell)?;
+        row.wraps_ns = 0;
         columns.push(Time(SECOND));
     }
     if let Some(bus) = head.iter().rev().find(|word| is_bus(word.text)) {
@@ -145,6 +160,7 @@ pub(super) fn guess(line: &[u8], known: bool) -> Option<(RowLayout, Row<'_>)> {
     // Other protocols have numbers and bytes, too.
     let said = words.get(place).is_some_and(|word| is_named(word, place, &words))
         || columns.contains(&Channel(1))
+        || words.get(place).is_some_and(|word| slcan(word.text).is_some())
         || line.windows(3).any(|word| word.eq_ignore_ascii_case(b"can"));
     let layout = RowLayout { columns, prose: true, weak: !said, ..RowLayout::new(Separator::Blanks) };
     row.whole().map(|row| (layout, row))
@@ -165,13 +181,16 @@ pub(super) fn is_meant(line: &[u8]) -> bool {
 /// Reads the row whose identifier is the word at a place.
 fn found<'a>(words: &[Word<'a>], place: usize, known: bool) -> Option<Row<'a>> {
     let word = words.get(place)?;
-    if word.text.contains(&b'#') {
-        return as_sent(word.text);
+    if word.text.contains(&b'#') && unprefixed(word.text).len() == word.text.len() {
+        return as_sent(word.text).map(|row| Row { end: place + 1, ..row });
+    }
+    if let Some(row) = slcan(word.text).filter(|row| row.count > 1 || known) {
+        return Some(Row { end: place + 1, ..row });
     }
     if !identifier(word.text) || word.text.iter().all(u8::is_ascii_alphabetic) {
         return None;
     }
-    let mut row = Row::default();
+    let mut row = Row { end: place + 1, ..Row::default() };
     row.take(Id(16), word.text)?;
     let marked = is_marked(words, place);
     // Wireshark names the kind of an identifier, and lists no length.
@@ -179,7 +198,9 @@ fn found<'a>(words: &[Word<'a>], place: usize, known: bool) -> Option<Row<'a>> {
     let kind = kind.is_some_and(|kind| KINDS.iter().any(|known| kind.text.eq_ignore_ascii_case(known.as_bytes())));
     match words.get(place + 1..) {
         Some([]) if known && (word.colon || kind) => return Some(row),
-        Some([remote]) if known && kind && remote.text == b"RTR" => return Some(Row { remote: true, ..row }),
+        Some([remote]) if known && kind && remote.text == b"RTR" => {
+            return Some(Row { remote: true, end: place + 2, ..row });
+        }
         _ => {}
     }
     for at in place + 1..=place + BETWEEN {
@@ -206,19 +227,20 @@ fn found<'a>(words: &[Word<'a>], place: usize, known: bool) -> Option<Row<'a>> {
             _ => rest,
         };
         if length.is_some() && rest.first().is_some_and(|word| matches!(word.text, b"RTR" | b"rtr" | b"remote")) {
-            (row.length, row.remote) = (length, true);
+            (row.length, row.remote, row.end) = (length, true, words.len() - rest.len() + 1);
             return Some(row).filter(|_| marked || known);
         }
         let listed = length.and_then(|count| Some((count, bytes(rest, Some(count))?)));
         let count = match listed {
             Some((count, used)) => {
-                row.length = Some(count);
+                (row.length, row.end) = (Some(count), words.len() - rest.len() + used);
                 rest.get(..used)?.iter().try_for_each(|word| take(&mut row, word.text))?;
                 return Some(row).filter(|row| marked || known || next.bracketed || is_service(row));
             }
             None => bytes(words.get(at..)?, None),
         };
         if let Some(used) = count {
+            row.end = at + used;
             words.get(at..at + used)?.iter().try_for_each(|word| take(&mut row, word.text))?;
             return Some(row)
                 .filter(|row| marked || is_service(row) || known && at == place + 1 && plain(words, place));
@@ -231,6 +253,12 @@ fn found<'a>(words: &[Word<'a>], place: usize, known: bool) -> Option<Row<'a>> {
         }
     }
     None
+}
+
+/// Returns true if only a time, a bus or a direction is between the end of one row and the identifier of the next one.
+fn follows(words: &[Word<'_>], end: usize, place: usize) -> bool {
+    let is_known = |word: &Word<'_>| is_time(word.text) || is_bus(word.text) || side(word.text).is_some();
+    end <= place && words.get(end..place).is_some_and(|between| between.iter().all(is_known))
 }
 
 /// Returns true for letters with a colon behind them.
@@ -326,6 +354,7 @@ fn is_byte(word: &[u8]) -> bool {
 fn is_named(word: &Word<'_>, place: usize, words: &[Word<'_>]) -> bool {
     let label = |label: &[u8]| {
         let label = label.strip_suffix(b"=").or_else(|| label.strip_suffix(b":")).unwrap_or(label);
+        let label = label.rsplit(|byte| matches!(byte, b'=' | b':')).next().unwrap_or(label);
         LABELS.iter().any(|known| label.eq_ignore_ascii_case(known.as_bytes()))
     };
     let before = place.checked_sub(1).and_then(|place| words.get(place));
@@ -359,7 +388,7 @@ fn stamp<'a>(line: &'a [u8], head: &[Word<'a>]) -> Option<&'a [u8]> {
     };
     let epoch = |_: usize, word: &Word<'_>| word.text.iter().position(|byte| *byte == b'.') == Some(10);
     let of_day = |_: usize, word: &Word<'_>| word.text.contains(&b':');
-    let number = |place: usize, word: &Word<'_>| place == 0 || word.bracketed || word.labelled;
+    let number = |place: usize, word: &Word<'_>| place == 0 || word.bracketed || word.labelled || word.colon;
     // A number of the row may be before it.
     let second = |place: usize, _: &Word<'_>| {
         place == 1 && head.first().is_some_and(|word| word.text.iter().all(u8::is_ascii_digit))

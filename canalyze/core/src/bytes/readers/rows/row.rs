@@ -13,7 +13,7 @@ use crate::bytes::readers::listing;
 const BYTES: usize = 64;
 pub(super) const CLASSIC: usize = 8;
 /// Lengths of CAN FD frames beyond those of classic ones, in bytes.
-const LONGER: [usize; 7] = [12, 16, 20, 24, 32, 48, 64];
+pub(super) const LONGER: [usize; 7] = [12, 16, 20, 24, 32, 48, 64];
 
 /// The parts of a row.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +31,10 @@ pub(super) struct Row<'a> {
     pub(super) error: bool,
     /// CAN FD: bit rate switch, error state indicator.
     pub(super) fd: Option<(bool, bool)>,
+    /// The time after which the clock of the stamp begins again; 0 if it does not.
+    pub(super) wraps_ns: i64,
+    /// The end of the row in its line, if text may follow; 0 for the whole line.
+    pub(super) end: usize,
     /// The channel as written, and the number of the first one.
     pub(super) channel: &'a [u8],
     pub(super) first: u8,
@@ -52,6 +56,8 @@ impl Default for Row<'_> {
             remote: false,
             error: false,
             fd: None,
+            wraps_ns: 0,
+            end: 0,
             channel: b"",
             first: 0,
             decimal: false,
@@ -90,7 +96,7 @@ impl<'a> Row<'a> {
             }
             Column::Code => self.code = number(cell, 10).map(|code| code as usize),
             Data => {
-                let between = |byte: &u8| is_blank(*byte) || matches!(byte, b',' | b'-' | b':' | b'|');
+                let between = |byte: &u8| is_blank(*byte) || b",-:|\"'".contains(byte);
                 for part in cell.split(between).filter(|part| !part.is_empty()) {
                     self.bytes(part)?;
                 }

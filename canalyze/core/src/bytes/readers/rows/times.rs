@@ -135,6 +135,9 @@ fn date(text: &[u8]) -> Option<i64> {
     if let [day @ .., b'.', m1, m2, b'.', y1, y2, y3, y4] = text {
         return date(&[&[*y1, *y2, *y3, *y4, b'-', *m1, *m2, b'-'][..], day].concat());
     }
+    if let Some(chinese) = std::str::from_utf8(text).ok().and_then(|text| text.strip_suffix('日')) {
+        return date(chinese.replace(['年', '月'], "-").as_bytes());
+    }
     let mut parts = text.split(|byte| matches!(byte, b'-' | b'/'));
     let mut next = || number(parts.next()?, 10).map(i64::from);
     let (year, month, day) = (next()?, next()?, next()?);
