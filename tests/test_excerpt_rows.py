@@ -162,7 +162,8 @@ def test_rows_of_other_programs_are_read(canalyze: Runner, tmp_path: Path, form:
     head = ABOVE.get(form)
     name = write(tmp_path / "a.log", ([head] if head else []) + rows)
     record = info(canalyze, name)
-    assert (record["format"], record["unreadable"], record["left_out"]) == ("candump", None, None)
+    assert (record["format"], record["unreadable"], record["left_out"]) == ("rows", None, None)
+    assert record["contents"]["dialect"] == {"program": form.split(",")[0]}
     assert frames_of(canalyze, name) == session()
     assert canalyze("check", name).code == 0
     one = write(tmp_path / "b.log", rows[:1])

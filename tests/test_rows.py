@@ -623,3 +623,56 @@ def test_a_pipe_shows_its_rows_when_it_rests(head: str, rows: int) -> None:
         shown = [json.loads(process.stdout.readline()) for _ in range(rows)]
         process.stdin.close()
         assert [row["data"][-2:] for row in shown] == [f"{n:02X}" for n in range(rows)]
+
+
+BUSMASTER = """***BUSMASTER Ver 3.2.2***
+***START DATE AND TIME 1:9:2023 10:11:12:123***
+***HEX***
+***{mode} MODE***
+***<Time><Tx/Rx><Channel><CAN ID><Type><DLC><DataBytes>***
+00:00:00:5000 Tx 1 0x60A s 8 40 17 10 00 00 00 00 00
+00:00:00:0020 Rx 1 0x58A s 8 4B 17 10 00 E8 03 00 00
+...
+00:00:01:0000 Rx 1 0x70A s 2 05
+"""
+
+
+@pytest.mark.parametrize(("mode", "times"), [("SYSTEM", ["0.5000", "0.0020"]), ("RELATIVE", ["0.5000", "0.5020"])])
+def test_relative_times_of_busmaster(canalyze: Runner, tmp_path: Path, mode: str, times: list[str]) -> None:
+    (tmp_path / "a.log").write_text(BUSMASTER.format(mode=mode))
+    done = canalyze("--lang", "en", "decode", "--format", "jsonl", "a.log")
+    assert [json.loads(line)["t"] for line in done.lines if '"frame"' in line[:20]] == times
+    assert "a.log:9: cannot be read: data bytes do not match the length" in done.err
+    assert json.loads(canalyze("info", "--format", "jsonl", "a.log").out)["left_out"]["places"] == 1
+
+
+@pytest.mark.parametrize("text", ["0.1  705  1  05\n0.2  705  1  7F\n", "Time,ID,Data\n0.1,705,05\n0.2,705,7F\n"])
+def test_times_may_be_differences(canalyze: Runner, tmp_path: Path, text: str) -> None:
+    (tmp_path / "a.txt").write_text(text + "0.2 Rx 705 1 05\n" * 0)
+    for stamps, times in (("auto", ["0.1", "0.2"]), ("delta", ["0.1", "0.3"])):
+        done = canalyze("decode", "--format", "jsonl", "--stamps", stamps, "a.txt", "--input-format", "rows")
+        assert [json.loads(line)["t"] for line in done.lines if '"frame"' in line[:20]] == times
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        "t60A84017",
+        "< frame 60A 1.5 40 1G >",
+        "Timestamp: 1.5  ID: 060a  S Rx  DL: 8  40 17",
+        "0  0000060A  8  40 17 10  1.5 R",
+        "10:00:00:0000 Rx 1 0x60A s 8 40",
+    ],
+)
+def test_a_damaged_row_that_says_what_it_is_is_said(canalyze: Runner, tmp_path: Path, row: str) -> None:
+    (tmp_path / "a.txt").write_text(f"t705105\n{row}\nt70517F\nTCP connection lost\n")
+    done = canalyze("--lang", "en", "decode", "a.txt")
+    assert len(done.lines) == 2 and done.complaints == ["a.txt:2: cannot be read: data bytes do not match the length"]
+
+
+def test_marks_of_omitted_rows_are_a_gap(canalyze: Runner, tmp_path: Path) -> None:
+    for name in ("names", "objects", "slcan", "zlg"):
+        lines = LAYOUTS[name].splitlines()
+        (tmp_path / "a.txt").write_text("\n".join([*lines[:4], "(3 frames dropped)", *lines[4:], ""]))
+        record = json.loads(canalyze("info", "--format", "jsonl", "a.txt").out)
+        assert (record["left_out"], record["frames"]) == ({"places": 1, "uncounted": 0, "rows": 3}, len(FRAMES)), name

@@ -69,7 +69,7 @@ impl InputFormat {
 /// Options for reading a file.
 #[derive(Clone, Debug, Default)]
 pub struct Settings {
-    /// The meaning of small stamps of candump's console form.
+    /// The meaning of small stamps of candump's console form, and of all stamps of rows.
     pub stamps: Stamps,
     /// True for a complete file and not a pipe: its beginning may decide the dialect, so output may lag.
     pub regular: bool,
@@ -112,7 +112,7 @@ impl Reader {
             InputFormat::Blf => Self::Blf(Blf::default()),
             InputFormat::Mcap => Self::Mcap(Mcap::new(settings.mcap.clone())),
             InputFormat::Pcap => Self::Pcap(Pcap::default()),
-            InputFormat::Rows => Self::Rows(Rows::new(settings.regular)),
+            InputFormat::Rows => Self::Rows(Rows::new(settings.stamps, settings.regular)),
             InputFormat::Trc => Self::Trc(Trc::default()),
         }
     }

@@ -1,10 +1,9 @@
-//! Text captures of can-utils: log files, console output, and pastes of both, with rows of other programs.
+//! Text captures of can-utils: log files, console output, and pastes of both.
 //!
 //! This file cuts the input into lines and classifies each by its content alone: a file may mix both families, comments
 //! and pasted prompts. Prose never becomes a frame, and a damaged frame never passes as a comment or another frame.
 //! Memory is bounded for any input.
 
-mod columns;
 mod console;
 pub(super) mod lex;
 mod log;
@@ -394,9 +393,7 @@ fn general(text: &[u8], rows: bool) -> Line<'_> {
         }
     }
     let text = unquoted;
-    // A row that begins with a channel has no number before it.
-    let first = |bare: bool| !bare || rows || columns::row(text).is_none();
-    if let Some((number, rest, bare)) = listing::numbered(text).filter(|(_, _, bare)| first(*bare)) {
+    if let Some((number, rest, bare)) = listing::numbered(text) {
         let line = unnumbered(rest);
         // `1  601   [8] ...` may also have an interface named by a number.
         if line.is_meant() && (!bare || rows || line.stamp.is_some() || !line.bus.is_empty()) {
@@ -431,12 +428,6 @@ fn unnumbered(text: &[u8]) -> Line<'_> {
     let mut line =
         Line { stamp: None, console: false, bus: b"", row: None, what: LineContent::Nothing, frame, tail: b"" };
     let Some(first) = text.first() else { return line };
-    if let Some((stamp, bus, frame)) = columns::row(text) {
-        return Line { stamp: Some(stamp), bus, what: LineContent::Frame, frame, ..line };
-    }
-    if columns::is_head(text) {
-        return line;
-    }
     let rest = match stamp::read(text) {
         Some((stamp, rest)) if rest.first().is_none_or(|&byte| is_blank(byte)) => {
             line.stamp = Some(stamp);

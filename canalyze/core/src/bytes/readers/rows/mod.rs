@@ -23,8 +23,9 @@ use self::layout::{RowLayout, heading};
 use self::learnt::{guess, learn};
 use self::marked::self_describing;
 use self::row::{CLASSIC, Row, channel};
+use super::candump::Stamps;
 use super::lines::Begun;
-use super::listing::{unmarked, unquoted};
+use super::listing::{Gaps, omission, unmarked, unquoted};
 use super::{Contents, FilePlace, Item, Unreadable};
 use crate::bytes::frame::{Buses, CanId, Frame, Kind};
 
@@ -53,6 +54,9 @@ pub struct Rows {
     /// The begin of an object that is spread over several lines.
     object: Vec<u8>,
     clock: Clock,
+    gaps: Gaps,
+    /// The program whose rows say that they are its own.
+    program: Option<&'static str>,
 }
 
 /// The clock of an adapter that begins again.
@@ -60,13 +64,19 @@ pub struct Rows {
 struct Clock {
     last_ns: i64,
     wraps_ns: i64,
-    /// The time of the turns so far.
+    /// Each stamp counts from the one before it.
+    relative: bool,
+    /// The time of the turns so far, or of relative stamps.
     turns_ns: i64,
 }
 
 impl Clock {
     /// Returns the time of a stamp, counted from the first turn.
     fn moment(&mut self, ns: i64, wraps_ns: i64) -> i64 {
+        if self.relative {
+            self.turns_ns = self.turns_ns.saturating_add(ns);
+            return self.turns_ns;
+        }
         self.wraps_ns = self.wraps_ns.max(wraps_ns);
         if wraps_ns > 0 && ns < std::mem::replace(&mut self.last_ns, ns) {
             self.turns_ns = self.turns_ns.saturating_add(self.wraps_ns);
@@ -77,8 +87,9 @@ impl Clock {
 
 impl Rows {
     /// Creates a reader. `regular`: it is a complete file, so more rows may decide their layout.
-    pub fn new(regular: bool) -> Self {
-        Self { regular, ..Self::default() }
+    pub fn new(stamps: Stamps, regular: bool) -> Self {
+        let clock = Clock { relative: stamps == Stamps::Delta, ..Clock::default() };
+        Self { clock, regular, ..Self::default() }
     }
 
     /// Returns true if rows wait until their layout is known.
@@ -114,6 +125,7 @@ impl Rows {
             self.line(&last, buses, sink);
         }
         self.decide(false, buses, sink);
+        self.gaps.settle(buses, sink);
         if pairs::pairs(&self.object).any(|pair| matches!(pair.column(), Id(_))) {
             sink(unreadable(self.lines, Unreadable::Cut), buses);
         }
@@ -123,6 +135,7 @@ impl Rows {
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.begun.end();
         self.decide(false, buses, sink);
+        self.gaps.settle(buses, sink);
     }
 
     /// Returns the columns, for `info`.
@@ -130,7 +143,9 @@ impl Rows {
         let columns = self.layout.iter().flat_map(|layout| &layout.columns).map(|column| column.word());
         let mut words: Vec<&str> = columns.filter(|word| *word != Other.word()).collect();
         words.dedup();
-        let dialect = if words.is_empty() { Vec::new() } else { vec![("columns", words.join(" ").into_bytes())] };
+        let columns = (!words.is_empty()).then(|| ("columns", words.join(" ").into_bytes()));
+        let program = self.program.map(|name| ("program", name.as_bytes().to_vec()));
+        let dialect = program.into_iter().chain(columns).collect();
         Contents { dialect, ..Contents::default() }
     }
 
@@ -162,10 +177,13 @@ impl Rows {
     fn part(&mut self, text: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let by_names = pairs::layout(text);
         let text = if by_names.is_some() { text.trim_ascii() } else { stripped(text) };
-        if let Some(row) = self_describing(text) {
+        if let Some((row, program)) = self_describing(text) {
             self.decide(false, buses, sink);
+            self.program.get_or_insert(program);
+            self.gaps.row(buses, sink);
             return self.clock.give(&row, self.lines, false, buses, sink);
         }
+        self.clock.relative |= text == b"***RELATIVE MODE***";
         let goes_on = self.layout.as_ref().is_some_and(|layout| layout.separator == Separator::Pairs);
         let named = by_names.is_some();
         if let Some(layout) = by_names.filter(|_| !goes_on).or_else(|| heading(text).filter(|_| !named)) {
@@ -181,6 +199,15 @@ impl Rows {
         }
         if self.learnt {
             return self.row(text, self.lines, buses, sink);
+        }
+        // Between rows that need no layout.
+        if self.program.is_some() {
+            if let Some(omission) = omission(text) {
+                return self.gaps.mark(omission, FilePlace::Line(self.lines));
+            }
+            if marked::is_meant(text) {
+                return sink(unreadable(self.lines, Unreadable::Data), buses);
+            }
         }
         if text.len() <= LONGEST && self.waiting.len() < KEPT {
             self.waiting.push((self.lines, text.to_vec()));
@@ -224,7 +251,7 @@ impl Rows {
     }
 
     fn row(&mut self, text: &[u8], line: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        let Self { layout: Some(layout), clock, .. } = self else { return };
+        let Self { layout: Some(layout), clock, gaps, .. } = self else { return };
         let (mut text, mut first): (&[u8], Option<Row<'_>>) = (text, None);
         loop {
             let found = if layout.named { layout.read(text) } else { layout.reads_again(text) };
@@ -235,6 +262,8 @@ impl Rows {
             let Some(row) = found.and_then(Row::whole).or_else(other).filter(|_| layout.refused.is_none()) else {
                 if layout.is_meant(text) || !read && prose::is_meant(text) {
                     sink(unreadable(line, layout.reason(text, read)), buses);
+                } else if let Some(omission) = omission(text) {
+                    gaps.mark(omission, FilePlace::Line(line));
                 }
                 return;
             };
@@ -243,6 +272,7 @@ impl Rows {
             let stamp = stamp.or(first.and_then(|first| first.stamp));
             let channel = first.map_or(row.channel, |first| first.channel);
             let row = Row { stamp, channel: if row.channel.is_empty() { channel } else { row.channel }, ..row };
+            gaps.row(buses, sink);
             clock.give(&row, line, layout.filled, buses, sink);
             text = text.get(row.end..).filter(|_| row.end > 0).unwrap_or_default();
             if text.is_empty() {
@@ -364,7 +394,7 @@ fn stripped(text: &[u8]) -> &[u8] {
     match text {
         // The cells of a table may be marked, too.
         [b'|', inner @ .., b'|'] | [b'|', inner @ ..] => inner.trim_ascii(),
-        [b'`' | b'<', ..] => unmarked(text),
+        [b'`' | b'<', ..] | [.., b'>'] => unmarked(text),
         _ => text,
     }
 }

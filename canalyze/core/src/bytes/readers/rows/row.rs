@@ -157,6 +157,18 @@ impl<'a> Row<'a> {
         Some(())
     }
 
+    /// Adds a byte of two hexadecimal digits, or one to three decimal ones.
+    pub(super) fn exact_byte(&mut self, word: &[u8]) -> Option<()> {
+        let fits = if self.decimal { word.len() <= 3 && word.iter().all(u8::is_ascii_digit) } else { word.len() == 2 };
+        fits.then(|| self.bytes(word)).flatten()
+    }
+
+    /// Returns true if the identifier can be one of its kind.
+    pub(super) fn is_in_range(&self) -> bool {
+        let most = if self.extended == Some(true) { 0x1FFF_FFFF } else { 0x7FF };
+        self.id.is_some_and(|(id, _)| id <= most)
+    }
+
     fn attribute(&mut self, cell: &[u8]) {
         let word = String::from_utf8_lossy(cell).to_lowercase();
         match word.as_str() {
