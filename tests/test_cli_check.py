@@ -422,10 +422,25 @@ def test_a_pattern_that_nothing_fits_is_an_error(canalyze: Runner, set_of_captur
     assert alone.lines[-1] == "1 file, 0 frames: 1 file not fully checked"  # not "no failing findings"
 
 
-def test_a_directory_says_what_to_write(canalyze: Runner, set_of_captures: Path) -> None:
-    done = canalyze("check", "--lang", "en", "captures")
+def test_a_directory_stands_for_its_captures(canalyze: Runner, set_of_captures: Path) -> None:
+    (set_of_captures / "deep").mkdir()
+    (set_of_captures / "deep" / "more.log").write_bytes((set_of_captures / "toggle.log").read_bytes())
+    (set_of_captures / "notes.md").write_text("nothing")
+    done = canalyze("check", "--lang", "en", "captures", "captures/clean.log")
+    assert done == canalyze(
+        "check", "--lang", "en", *(f"captures/{n}.log" for n in ("clean", "sync", "toggle", "deep/more"))
+    )
+    assert done.code == 1 and done.lines[-1].startswith("4 files")
+
+
+def test_a_directory_without_captures_says_what_to_write(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "empty" / "notes.md").write_text("nothing")
+    done = canalyze("check", "--lang", "en", "empty")
     assert done.code == 2
-    assert done.complaints == ["canalyze: captures: is a directory; name the files in it, such as 'captures/**/*.log'"]
+    assert done.complaints == [
+        "canalyze: empty: no file in this directory is named as captures are; name the files, such as 'empty/**/*.log'"
+    ]
 
 
 def test_a_load_is_told_with_as_many_digits_as_exceed_the_limit(canalyze: Runner, set_of_captures: Path) -> None:

@@ -50,7 +50,7 @@ class Named(NamedTuple):
 
 
 def expanded(names: Iterable[str]) -> Iterator[Named]:
-    """Give every file once, in the order given, those of a pattern sorted; `**` goes through directories."""
+    """Give every file once, in the order given, sorted those of a pattern or a directory; `**` enters directories."""
     seen: set[str] = set()
     for name in names:
         if name == STDIN or not glob.has_magic(name) or os.path.lexists(name):
@@ -60,10 +60,11 @@ def expanded(names: Iterable[str]) -> Iterator[Named]:
             found = sorted(one for one in glob.glob(name, recursive=True) if not Path(one).is_dir())  # noqa: PTH207
             if not found:
                 yield Named(name, SourceError("source.no_match", name=name))
-        if found == [name] and Path(name).is_dir():  # what in it is a capture, nobody said
-            pattern = shlex.quote(str(Path(name, "**", "*.log")))
-            yield Named(name, SourceError("source.directory", name=name, pattern=pattern))
-            continue
+        if found == [name] and Path(name).is_dir():
+            found = list(below(name))
+            if not found:
+                pattern = shlex.quote(str(Path(name, "**", "*.log")))
+                yield Named(name, SourceError("source.directory", name=name, pattern=pattern))
         for one in found:
             if one not in seen:
                 seen.add(one)
