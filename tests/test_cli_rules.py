@@ -6,6 +6,8 @@ import re
 import pytest
 from conftest import NOTES, Runner
 
+from canalyze import _core
+
 
 @pytest.mark.parametrize(
     "args",
@@ -87,6 +89,12 @@ def test_rules_lists_the_catalogue(canalyze: Runner) -> None:
     objects = [json.loads(line) for line in canalyze("--lang", "en", "rules", "--format", "jsonl").lines]
     assert [row.split()[0] for row in rows] == [rule["code"] for rule in objects]
     assert all(rule["severity"] in {"error", "warning", "info"} for rule in objects)
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_rules_are_told_apart_by_their_titles(lang: str) -> None:
+    titles = [rule.message for rule in _core.rules(lang)]
+    assert len(titles) > 100 and len(set(titles)) == len(titles)
 
 
 def test_rules_explains_one(canalyze: Runner) -> None:

@@ -34,7 +34,7 @@ rules! {
     /// candump使用了 -t d; 请加上 --stamps delta。
     /// candump was run with -t d; add --stamps delta.
     Cap003 "CAP003" "stamps-backward" Warning "-" [] {
-        message "时间戳倒退" "timestamps go backwards";
+        message "管道中的时间戳像是时间差" "timestamps of a pipe look like differences";
     }
 
     /// 损坏处前后可读的内容都已读取。缺口处不判断toggle位、序列号和响应, 未完成的传输记为不完整。校验和位于其所覆盖的数据之后, 不符时这些数据都可能有误。

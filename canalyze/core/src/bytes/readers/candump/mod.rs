@@ -243,27 +243,38 @@ impl Candump {
             }
             _ => {}
         }
-        let (stamp, bus, mut tail) = (line.stamp, line.frame.bus, line.tail);
+        let (stamp, bus, tail) = (line.stamp, line.frame.bus, line.tail);
         let compact = matches!(line.what, LineContent::Frame) && !line.console;
         self.give(line, buses, sink);
         if tail_damaged {
             self.no_frame(buses, sink);
+        } else if compact {
+            self.further((stamp, bus), tail, buses, sink);
         }
-        // Further frames in the same line have its time and bus.
-        while compact && !tail_damaged {
+        self.plain = plain;
+    }
+
+    /// Hands on further frames in the text after one; they have its time and bus.
+    fn further(
+        &mut self,
+        (stamp, bus): (Option<Stamp>, BusId),
+        mut tail: &[u8],
+        buses: &mut Buses,
+        sink: &mut impl FnMut(Item, &Buses),
+    ) {
+        loop {
             let text = tail.trim_ascii_start();
             let text = skip_blanks(text.strip_prefix(b";").or(text.strip_prefix(b",")).unwrap_or(text));
             let (first, after) = word(text);
             let mut frame = Frame { bus, ..Frame::classic(CanId::standard(0), &[]) };
             if !log::is_meant(first) {
-                break;
+                return;
             }
-            let Ok(rest) = log::frame(first, after, &mut frame) else { break };
+            let Ok(rest) = log::frame(first, after, &mut frame) else { return };
             let what = LineContent::Frame;
             self.give(Line { stamp, console: false, bus: b"", row: None, what, frame, tail: b"" }, buses, sink);
             tail = rest;
         }
-        self.plain = plain;
     }
 
     #[inline(always)]

@@ -123,7 +123,7 @@ pub(super) fn layout(text: &[u8]) -> Option<RowLayout> {
         base: bytes.exact.then_some(if prefixed { 16 } else { 10 }),
         refused: (has(b"kind") && has(b"service")).then_some(Unreadable::Exported),
         // Other names may be those of anything.
-        weak: !["can", "arb", "cob"].iter().any(|word| name.contains(word)) && !(timed && columns.contains(&Length)),
+        weak: !(["can", "arb", "cob"].iter().any(|word| name.contains(word)) || timed && columns.contains(&Length)),
         columns,
         ..RowLayout::new(Separator::Pairs)
     })
