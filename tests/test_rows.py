@@ -596,6 +596,13 @@ def test_decimal_rows_of_canking(canalyze: Runner, tmp_path: Path) -> None:
     assert [(row["id"], row["data"]) for row in rows] == [("000", "0100"), ("60A", SDO[1]), ("080", "")]
 
 
+def test_time_bus_and_direction_may_be_before_an_object() -> None:
+    text = LAYOUTS["objects"].replace('"time"', '"count"')
+    text = "".join(f"10:00:0{n}.5 INFO can1 RX {row}\n" for n, row in enumerate(text.splitlines()))
+    shown = [(row["t"], row["bus"], row["dir"]) for row in read(text)]
+    assert shown == [(f"3600{n}.5", "can1", "rx") for n in range(5)]
+
+
 def test_a_row_of_another_form_than_most_is_said(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "a.txt").write_text("0.1 Rx 705 8 40 17 10\n" + "0.1 Rx 705 1 05\n" * 3)
     done = canalyze("--lang", "en", "decode", "a.txt")

@@ -1,6 +1,6 @@
 //! The columns of a listing: their names in headings, and the cells of a line.
 
-use super::pairs::pairs;
+use super::pairs::{Pair, pairs};
 use crate::bytes::readers::candump::lex::is_blank;
 
 /// Maximum number of cells of a row.
@@ -187,6 +187,11 @@ impl Column {
             Channel(_) | Self::Number => "channel",
             Other | Part | Self::Code => "-",
         }
+    }
+
+    /// Returns the column of a value with a name.
+    pub(super) fn of(pair: &Pair<'_>) -> Self {
+        Self::named(&String::from_utf8_lossy(pair.name).to_lowercase())
     }
 
     /// Returns the column with this name in a heading, in lower case.

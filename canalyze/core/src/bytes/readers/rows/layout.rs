@@ -5,6 +5,7 @@ use super::columns::{Separator, UNSAID, cells, names};
 use super::pairs::pairs;
 use super::row::{CLASSIC, Row, id_digits, side};
 use super::times::unprefixed;
+use super::words;
 use crate::bytes::readers::Unreadable;
 use crate::bytes::readers::candump::lex::{is_blank, is_hex};
 
@@ -160,12 +161,17 @@ impl RowLayout {
     fn read_pairs<'a>(&self, text: &'a [u8]) -> Option<Row<'a>> {
         let mut row = Row { decimal: self.decimal, ..Row::default() };
         let id = self.columns.iter().find(|column| matches!(column, Id(_)))?;
+        let begin = pairs(text).next().map_or(0, |pair| pair.begin);
+        let mut timed = false;
+        words::take_before(&mut row, text.get(..begin)?);
         for pair in pairs(text) {
-            match pair.column() {
+            let column = Column::of(&pair);
+            match column {
                 Id(UNSAID) => row.take(*id, pair.value)?,
-                Time(_) if row.stamp.is_some() => {}
-                column => row.take(column, pair.value)?,
+                Time(_) if timed => {}
+                _ => row.take(column, pair.value)?,
             }
+            timed |= matches!(column, Time(_));
         }
         row.id.is_some().then_some(row)
     }
@@ -215,7 +221,7 @@ impl RowLayout {
     fn cells_of<'a>(&self, texts: &[&'a [u8]], of: fn(Column) -> bool) -> Vec<&'a [u8]> {
         let mut words = Vec::new();
         if self.separator == Separator::Pairs {
-            let own = texts.iter().flat_map(|text| pairs(text)).filter(|pair| of(pair.column()));
+            let own = texts.iter().flat_map(|text| pairs(text)).filter(|pair| of(Column::of(&pair)));
             let between = |byte: &u8| b" ,\"'".contains(byte);
             return own.flat_map(|pair| pair.value.split(between)).filter(|word| !word.is_empty()).collect();
         }

@@ -3,7 +3,7 @@
 use super::columns::Column::{self, Attribute, Channel, Data, Id, Length, Other, Time};
 use super::columns::{SECOND, Separator, cells};
 use super::layout::RowLayout;
-use super::pairs;
+use super::objects;
 use super::prose;
 use super::row::{CLASSIC, Row, direction, id_digits, identifier, length};
 use super::times::{begins_with_comma, number, time};
@@ -74,7 +74,7 @@ impl RowLayout {
             return prose::is_meant(text);
         }
         if self.separator == Separator::Pairs {
-            return pairs::layout(text).is_some();
+            return objects::layout(text).is_some();
         }
         let found = cells(text, self.separator);
         let least = self.columns.iter().filter(|column| !matches!(column, Column::Byte | Data)).count();

@@ -10,10 +10,12 @@ mod columns;
 mod layout;
 mod learnt;
 mod marked;
+mod objects;
 mod pairs;
 mod prose;
 mod row;
 mod times;
+mod words;
 
 use std::borrow::Cow;
 
@@ -126,7 +128,7 @@ impl Rows {
         }
         self.decide(false, buses, sink);
         self.gaps.settle(buses, sink);
-        if pairs::pairs(&self.object).any(|pair| matches!(pair.column(), Id(_))) {
+        if pairs::pairs(&self.object).any(|pair| matches!(Column::of(&pair), Id(_))) {
             sink(unreadable(self.lines, Unreadable::Cut), buses);
         }
     }
@@ -157,7 +159,7 @@ impl Rows {
             let object;
             // A line with an open brace begins an object, until a row is in it.
             let braced = text.ends_with(b"{") || text.starts_with(b"{") && pairs::is_open(text);
-            let begins = braced && !pairs::pairs(&self.object).any(|pair| matches!(pair.column(), Id(_)));
+            let begins = braced && !pairs::pairs(&self.object).any(|pair| matches!(Column::of(&pair), Id(_)));
             if begins || !self.object.is_empty() && !is_row_alone(text, true) {
                 self.object.truncate(if begins || self.object.len() > LONGEST { 0 } else { LONGEST });
                 self.object.extend_from_slice(text);
@@ -168,14 +170,14 @@ impl Rows {
                 object = std::mem::take(&mut self.object);
                 text = &object;
             }
-            for row in pairs::rows(text) {
+            for row in objects::rows(text) {
                 self.part(row, buses, sink);
             }
         }
     }
 
     fn part(&mut self, text: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        let by_names = pairs::layout(text);
+        let by_names = objects::layout(text);
         let text = if by_names.is_some() { text.trim_ascii() } else { stripped(text) };
         if let Some((row, program)) = self_describing(text) {
             self.decide(false, buses, sink);
@@ -320,11 +322,11 @@ fn parts(text: &[u8]) -> impl Iterator<Item = &[u8]> {
 
 /// Returns true if a line of text is a heading or a row that only this reader reads; `alone`: whatever its columns.
 pub(in crate::bytes::readers) fn is_row(text: &[u8], alone: bool) -> bool {
-    parts(text).any(|part| pairs::rows(&plain(part)).into_iter().any(|row| is_row_alone(row, alone)))
+    parts(text).any(|part| objects::rows(&plain(part)).into_iter().any(|row| is_row_alone(row, alone)))
 }
 
 fn is_row_alone(text: &[u8], alone: bool) -> bool {
-    if let Some(layout) = pairs::layout(text) {
+    if let Some(layout) = objects::layout(text) {
         return alone && layout.completed(&[text], false).is_some_and(|layout| layout.shows(&[text]));
     }
     let text = stripped(text);

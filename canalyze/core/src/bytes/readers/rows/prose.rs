@@ -9,14 +9,12 @@ use super::columns::Column::{self, Channel, Data, Id, Length, Time};
 use super::columns::{SECOND, Separator};
 use super::layout::{RowLayout, is_service};
 use super::marked::slcan;
-use super::pairs;
-use super::row::{CLASSIC, Row, direction, identifier, length};
-use super::times::{begins_with_comma, time, unprefixed};
-use crate::bytes::frame::Direction;
-use crate::bytes::readers::candump::lex::{is_blank, is_hex};
+use super::objects;
+use super::row::{CLASSIC, Row, identifier, length};
+use super::times::unprefixed;
+use super::words::{Word, is_bus, is_time, side, stamp, words};
+use crate::bytes::readers::candump::lex::is_hex;
 
-/// Maximum number of words of a line.
-const WORDS: usize = 96;
 /// Maximum number of words from the identifier to the bytes.
 const BETWEEN: usize = 9;
 /// Words before an identifier.
@@ -28,89 +26,9 @@ const KINDS: [&str; 3] = ["std", "ext", "xtd"];
 /// Labels of a length.
 const LENGTHS: [&str; 5] = ["dlc", "len", "length", "dl", "size"];
 
-/// A word without its label and the signs around it.
-#[derive(Clone, Copy, Debug)]
-struct Word<'a> {
-    text: &'a [u8],
-    /// The word as written, up to the signs around it.
-    whole: &'a [u8],
-    /// The place of its first byte in the line.
-    begin: usize,
-    labelled: bool,
-    bracketed: bool,
-    /// A colon follows.
-    colon: bool,
-}
-
-fn words(line: &[u8]) -> Vec<Word<'_>> {
-    let mut all = Vec::new();
-    let mut begin = 0;
-    let decimal = begins_with_comma(line);
-    for (place, byte) in line.iter().chain(b" ").enumerate() {
-        let (before, after) = (place.checked_sub(1).and_then(|place| line.get(place)), line.get(place + 1));
-        let digits = before.is_some_and(u8::is_ascii_digit) && after.is_some_and(u8::is_ascii_digit);
-        let piece = line.get(begin..place).unwrap_or_default();
-        // A comma may be that of a number, as behind a time of day.
-        let time = piece.contains(&b':') && piece.iter().all(|byte| byte.is_ascii_digit() || b"[(:.-T".contains(byte));
-        let comma = *byte == b',' && !(digits && (time || decimal));
-        // `60A(8)`.
-        let behind = *byte == b'(' && identifier(piece);
-        if !(behind || is_blank(*byte) || matches!(byte, b'"' | b';' | b'|' | b'`' | b'\'') || comma) {
-            continue;
-        }
-        let opening = piece.iter().take_while(|byte| is_opening(**byte)).count();
-        let inner = piece.get(opening..).unwrap_or_default();
-        let closing =
-            inner.iter().rev().take_while(|byte| matches!(byte, b']' | b')' | b'}' | b',' | b':' | b'.')).count();
-        let whole = inner.get(..inner.len() - closing).unwrap_or_default();
-        let mut text = whole;
-        while let label @ 1.. = label(text) {
-            text = text.get(label..).unwrap_or_default();
-        }
-        let label = whole.len() - text.len();
-        while let [first, rest @ ..] = text
-            && is_opening(*first)
-        {
-            text = rest;
-        }
-        if piece == b":"
-            && let Some(last) = all.last_mut()
-        {
-            let last: &mut Word<'_> = last;
-            last.colon = true;
-        }
-        if !text.is_empty() && all.len() < WORDS {
-            all.push(Word {
-                text,
-                whole,
-                begin: begin + opening + whole.len() - text.len(),
-                labelled: label > 0,
-                bracketed: opening > 0 && closing > 0,
-                colon: piece.ends_with(b":"),
-            });
-        }
-        begin = place + usize::from(!behind);
-    }
-    all
-}
-
-fn is_opening(byte: u8) -> bool {
-    matches!(byte, b'[' | b'(' | b'{')
-}
-
-/// Returns the length of a label before a word: `id=`, `ID:`, letters before an equals sign or a colon.
-fn label(word: &[u8]) -> usize {
-    let sign = word.iter().position(|byte| matches!(byte, b'=' | b':')).unwrap_or(0);
-    let letters = word.get(..sign).unwrap_or_default();
-    let named = letters
-        .iter()
-        .all(|byte| byte.is_ascii_alphabetic() || *byte >= 0x80 || matches!(byte, b'-' | b'_' | b'.' | b'('));
-    if sign > 0 && sign + 1 < word.len() && named { sign + 1 } else { 0 }
-}
-
 /// Reads a row inside other text; `known`: others of its form are rows, so that it may have no bytes.
 pub(super) fn guess(line: &[u8], known: bool) -> Option<(RowLayout, Row<'_>)> {
-    if line.starts_with(b"{\"") || line.starts_with(b"{'") || pairs::layout(line).is_some() {
+    if line.starts_with(b"{\"") || line.starts_with(b"{'") || objects::layout(line).is_some() {
         return None;
     }
     let words = words(line);
@@ -369,53 +287,4 @@ fn is_marked(words: &[Word<'_>], place: usize) -> bool {
     let named = is_named(word, place, words) || before.is_some_and(|before| is_bus(before.text));
     let form = word.text.starts_with(b"0x") || word.text.starts_with(b"0X") || matches!(word.text, [.., b'h' | b'H']);
     form || word.colon || word.labelled || named
-}
-
-/// Returns true for a time of day, or a number with a point.
-fn is_time(word: &[u8]) -> bool {
-    word.iter().any(|byte| matches!(byte, b'.' | b':' | b',')) && time(word, SECOND).is_some()
-}
-
-/// Returns the time in the words before an identifier, with the date before it and the half of the day behind it: a
-/// number of seconds since 1970, else the first time of day, else a number at the begin of the line or in brackets.
-fn stamp<'a>(line: &'a [u8], head: &[Word<'a>]) -> Option<&'a [u8]> {
-    let labelled = |word: &Word<'_>| {
-        let label = word.whole.get(..word.whole.len() - word.text.len()).unwrap_or_default();
-        word.labelled && !matches!(label.first(), Some(b't' | b'T'))
-    };
-    let is = |of: &dyn Fn(usize, &Word<'_>) -> bool| {
-        head.iter().enumerate().position(|(place, word)| is_time(word.text) && !labelled(word) && of(place, word))
-    };
-    let epoch = |_: usize, word: &Word<'_>| word.text.iter().position(|byte| *byte == b'.') == Some(10);
-    let of_day = |_: usize, word: &Word<'_>| word.text.contains(&b':');
-    let number = |place: usize, word: &Word<'_>| place == 0 || word.bracketed || word.labelled || word.colon;
-    // A number of the row may be before it.
-    let second = |place: usize, _: &Word<'_>| {
-        place == 1 && head.first().is_some_and(|word| word.text.iter().all(u8::is_ascii_digit))
-    };
-    let at = is(&epoch).or_else(|| is(&of_day)).or_else(|| is(&number)).or_else(|| is(&second))?;
-    let word = head.get(at)?;
-    let (from, to) = (word.begin, word.begin + word.text.len());
-    let date = at.checked_sub(1).and_then(|before| head.get(before)).map_or(from, |date| date.begin);
-    let half = head.get(at + 1).filter(|half| matches!(half.text, b"AM" | b"PM" | b"am" | b"pm"));
-    let end = half.map_or(to, |half| half.begin + half.text.len());
-    let spans = [(date, end), (from, end), (date, to)];
-    let mut longer = spans.iter().filter_map(|(from, to)| line.get(*from..*to));
-    longer.find(|cell| time(cell, SECOND).is_some()).or(Some(word.text))
-}
-
-/// Returns the direction that a word or an arrow shows.
-fn side(word: &[u8]) -> Option<Direction> {
-    match word {
-        b"->" | b"=>" | b">>" => Some(Direction::Tx),
-        b"<-" | b"<=" | b"<<" => Some(Direction::Rx),
-        _ => direction(word),
-    }
-}
-
-/// Returns true for the name of a bus: `can0`, `vcan1`, `CAN2`.
-fn is_bus(word: &[u8]) -> bool {
-    let name = word.strip_prefix(b"v").or_else(|| word.strip_prefix(b"sl")).unwrap_or(word);
-    let number = name.strip_prefix(b"can").or_else(|| name.strip_prefix(b"CAN")).unwrap_or_default();
-    (1..=3).contains(&number.len()) && number.iter().all(u8::is_ascii_digit)
 }
