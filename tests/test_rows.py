@@ -392,6 +392,15 @@ SDO = (0x60A, "4017100000000000")
         ("0x60A（8） 40 17 10 00 00 00 00 00\n", [SDO]),
         ("６０Ａ　［８］　４０ １７ １０ ００ ００ ００ ００ ００\n", [SDO]),
         ("12.03.2024 10:00:00.1 CANopen Send COB-ID 16#60A Data 40 17 10 00 00 00 00 00\n", [SDO]),
+        # Words before a length and the bytes, calls, and brackets before a label.
+        ("CAN0: id 0x60A, len 8, data 0x40 0x17 0x10 0x00 0x00 0x00 0x00 0x00\n", [SDO]),
+        ("COB-ID 0x60A  Len 8  Data 40 17 10 00 00 00 00 00\nCOB-ID 0x705  Len 1  Data 05\n", [SDO, (0x705, "05")]),
+        ('CAN_Send(0x60A, 8, "40 17 10 00 00 00 00 00");\n', [SDO]),
+        ("RX(60A): 40 17 10 00 00 00 00 00\n", [SDO]),
+        ("【发送】ID：60A，数据：40 17 10 00 00 00 00 00\n", [SDO]),
+        ("ID（Hex）：60A  数据（Hex）：40 17 10 00 00 00 00 00\n", [SDO]),
+        ("第1帧 发送 0x60A 8字节 40 17 10 00 00 00 00 00\n", [SDO]),
+        ('{"can_id": "60A", "can_data": "40 17 10 00 00 00 00 00"}\n', [SDO]),
         # Frames of slcan with CAN FD; a word is none.
         ("b60A84017100000000000\nd70510F\nd705107\n", [SDO, (0x705, "0F"), (0x705, "07")]),
         ("dead0\n", []),

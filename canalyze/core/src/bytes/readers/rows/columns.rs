@@ -158,6 +158,7 @@ pub(super) const NAMES: &[(&str, Column)] = &[
     ("ts", Time(SECOND)),
     ("arbitrationid", Id(UNSAID)),
     ("can_dlc", Length),
+    ("can_data", Data),
     ("is_extended_id", Extended),
     ("is_extended", Extended),
     ("is_remote_frame", Remote),

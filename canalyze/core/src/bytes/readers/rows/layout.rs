@@ -79,7 +79,9 @@ pub(super) fn heading(text: &[u8]) -> Option<RowLayout> {
         let bytes = count(|column| matches!(column, Data | Column::Byte));
         let known = count(|column| *column != Other);
         // Between blanks there may be prose.
-        let prose = separator == Separator::Blanks && (known < 3 || known * 2 < names.len());
+        let number = |name: &String| name.len() > 1 && name.starts_with(|first: char| first.is_ascii_digit());
+        let prose = known < 3 || known * 2 < names.len() || names.iter().any(number);
+        let prose = separator == Separator::Blanks && prose;
         if ids != 1 || bytes == 0 || prose {
             return None;
         }

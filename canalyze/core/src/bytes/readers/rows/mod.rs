@@ -55,7 +55,7 @@ pub struct Rows {
     regular: bool,
     /// The begin of an object that is spread over several lines.
     object: Vec<u8>,
-    clock: Clock,
+    clock: AdapterClock,
     gaps: Gaps,
     /// The program whose rows say that they are its own.
     program: Option<&'static str>,
@@ -63,7 +63,7 @@ pub struct Rows {
 
 /// The clock of an adapter that begins again.
 #[derive(Debug, Default)]
-struct Clock {
+struct AdapterClock {
     last_ns: i64,
     wraps_ns: i64,
     /// Each stamp counts from the one before it.
@@ -72,7 +72,7 @@ struct Clock {
     turns_ns: i64,
 }
 
-impl Clock {
+impl AdapterClock {
     /// Returns the time of a stamp, counted from the first turn.
     fn moment(&mut self, ns: i64, wraps_ns: i64) -> i64 {
         if self.relative {
@@ -90,7 +90,7 @@ impl Clock {
 impl Rows {
     /// Creates a reader. `regular`: it is a complete file, so more rows may decide their layout.
     pub fn new(stamps: Stamps, regular: bool) -> Self {
-        let clock = Clock { relative: stamps == Stamps::Delta, ..Clock::default() };
+        let clock = AdapterClock { relative: stamps == Stamps::Delta, ..AdapterClock::default() };
         Self { clock, regular, ..Self::default() }
     }
 
@@ -285,7 +285,7 @@ impl Rows {
     }
 }
 
-impl Clock {
+impl AdapterClock {
     /// Hands on the frame of a row.
     fn give(&mut self, row: &Row<'_>, line: u64, filled: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let Some((value, count)) = row.id else { return };

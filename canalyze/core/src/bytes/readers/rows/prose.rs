@@ -23,6 +23,8 @@ const LABELS: [&str; 11] =
 
 /// Labels of an identifier that say what it is.
 const KINDS: [&str; 3] = ["std", "ext", "xtd"];
+/// Words before the bytes.
+const BYTES: [&str; 4] = ["data", "bytes", "payload", "数据"];
 /// Labels of a length.
 const LENGTHS: [&str; 5] = ["dlc", "len", "length", "dl", "size"];
 
@@ -179,9 +181,10 @@ fn follows(words: &[Word<'_>], end: usize, place: usize) -> bool {
     end <= place && words.get(end..place).is_some_and(|between| between.iter().all(is_known))
 }
 
-/// Returns true for letters with a colon behind them.
+/// Returns true for letters with a colon behind them, and for a word for bytes.
 fn is_label(word: &Word<'_>) -> bool {
-    word.colon && word.text.iter().all(u8::is_ascii_alphabetic)
+    let bytes = BYTES.iter().any(|known| word.text.eq_ignore_ascii_case(known.as_bytes()));
+    bytes || word.colon && word.text.iter().all(u8::is_ascii_alphabetic)
 }
 
 /// Reads a frame as cansend takes it: `60A#4008100000000000`.
@@ -273,6 +276,7 @@ fn is_named(word: &Word<'_>, place: usize, words: &[Word<'_>]) -> bool {
     let label = |label: &[u8]| {
         let label = label.strip_suffix(b"=").or_else(|| label.strip_suffix(b":")).unwrap_or(label);
         let label = label.rsplit(|byte| matches!(byte, b'=' | b':')).next().unwrap_or(label);
+        let label = label.split(|byte| *byte == b'(').next().unwrap_or(label);
         LABELS.iter().any(|known| label.eq_ignore_ascii_case(known.as_bytes()))
     };
     let before = place.checked_sub(1).and_then(|place| words.get(place));

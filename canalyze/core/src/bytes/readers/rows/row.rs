@@ -197,6 +197,7 @@ impl<'a> Row<'a> {
 /// Parses a length: `8`, `[8]`, `DLC=8`.
 pub(super) fn length(word: &[u8]) -> Option<usize> {
     let inner = word.strip_prefix(b"[").and_then(|word| word.strip_suffix(b"]"));
+    let inner = inner.or(word.strip_suffix("字节".as_bytes()));
     let named = word.strip_prefix(b"DLC=").or_else(|| word.strip_prefix(b"DLC:"));
     match inner.or(named).unwrap_or(word) {
         [digit @ b'0'..=b'8'] => Some(usize::from(digit - b'0')),

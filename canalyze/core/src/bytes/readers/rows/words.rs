@@ -1,7 +1,7 @@
 //! The words of a line with text around a row: without labels and signs, and what they say of time, bus and direction.
 
 use super::columns::SECOND;
-use super::row::{Row, direction, identifier};
+use super::row::{Row, direction};
 use super::times::{begins_with_comma, time};
 use crate::bytes::frame::Direction;
 use crate::bytes::readers::candump::lex::is_blank;
@@ -34,8 +34,11 @@ pub(super) fn words(line: &[u8]) -> Vec<Word<'_>> {
         // A comma may be that of a number, as behind a time of day.
         let time = piece.contains(&b':') && piece.iter().all(|byte| byte.is_ascii_digit() || b"[(:.-T".contains(byte));
         let comma = *byte == b',' && !(digits && (time || decimal));
-        // `60A(8)`.
-        let behind = *byte == b'(' && identifier(piece);
+        // `60A(8)`, `send(60A`, `[TX]60A`.
+        let called = piece.iter().all(|byte| byte.is_ascii_alphanumeric() || *byte == b'_') && !piece.is_empty();
+        let opened = *byte == b'(' && called && after.is_some_and(u8::is_ascii_hexdigit);
+        let closed = before == Some(&b']') && byte.is_ascii_alphanumeric();
+        let behind = opened || closed && !piece.is_empty();
         if !(behind || is_blank(*byte) || matches!(byte, b'"' | b';' | b'|' | b'`' | b'\'') || comma) {
             continue;
         }
@@ -85,7 +88,7 @@ fn label(word: &[u8]) -> usize {
     let letters = word.get(..sign).unwrap_or_default();
     let named = letters
         .iter()
-        .all(|byte| byte.is_ascii_alphabetic() || *byte >= 0x80 || matches!(byte, b'-' | b'_' | b'.' | b'('));
+        .all(|byte| byte.is_ascii_alphabetic() || *byte >= 0x80 || matches!(byte, b'-' | b'_' | b'.' | b'(' | b')'));
     if sign > 0 && sign + 1 < word.len() && named { sign + 1 } else { 0 }
 }
 
