@@ -619,6 +619,16 @@ def test_a_row_of_another_form_than_most_is_said(canalyze: Runner, tmp_path: Pat
     assert done.complaints[0].startswith("a.txt:1: cannot be read")
 
 
+@pytest.mark.parametrize(
+    "end", ["0.3;705", "0.3;705;", "0.3;705;2;05 0", "0.", "0.3;7\x005;2;05 06\n", "0.3;705\xb22;05 06\n"]
+)
+def test_a_row_of_a_table_that_is_cut_or_damaged_is_said(canalyze: Runner, tmp_path: Path, end: str) -> None:
+    (tmp_path / "a.txt").write_text(f"Time;ID;Len;Data\n0.1;705;2;05 06\n0.2;705;2;05 07\n{end}", encoding="latin-1")
+    done = canalyze("--lang", "en", "decode", "a.txt")
+    assert len(done.lines) == 2 and len(done.complaints) == 1
+    assert done.complaints[0].startswith("a.txt:4: cannot be read")
+
+
 def test_an_object_that_is_cut_is_said(canalyze: Runner, tmp_path: Path) -> None:
     whole = json.dumps([{"can_id": 0x705, "data": [5]}] * 2, indent=1)
     (tmp_path / "a.json").write_text(whole[: whole.rindex("5") + 1])

@@ -50,7 +50,23 @@ def removed(sound: bytes, draw: Random) -> bytes:
     return sound[:at] + sound[at + size :]
 
 
-KINDS: list[tuple[Damage, int]] = [(cut, 4), (flip, 10), (inserted, 2), (zeroed, 2), (doubled, 1), (removed, 1)]
+def swapped(sound: bytes, draw: Random) -> bytes:
+    """Two neighbouring blocks are exchanged."""
+    size = draw.choice([16, 64, 512])
+    at = draw.randrange(len(sound)) // size * size
+    first, second = sound[at : at + size], sound[at + size : at + 2 * size]
+    return sound[:at] + second + first + sound[at + 2 * size :]
+
+
+KINDS: list[tuple[Damage, int]] = [
+    (cut, 4),
+    (flip, 10),
+    (inserted, 2),
+    (zeroed, 2),
+    (doubled, 1),
+    (removed, 1),
+    (swapped, 1),
+]
 """Each with its weight."""
 
 

@@ -132,5 +132,5 @@ def of_frames(form: Form, kind: str, before: list[str], of_damaged: Said) -> Ite
 
 
 def most_changed(kind: str) -> int:
-    """How many frames one damage may change where there is no checksum: those on both sides of it."""
-    return 1 if kind in ("flip", "cut") else 2
+    """How many frames one damage may change where there is no checksum: those on both sides of its ends."""
+    return {"flip": 1, "cut": 1, "swapped": 4}.get(kind, 2)

@@ -63,6 +63,15 @@ def log() -> bytes:
     return candump_text(frames())
 
 
+def listed() -> bytes:
+    """The frames as rows of a table."""
+    rows = [
+        f"{one.t_ns / 1e9:.6f};{one.bus};{one.can_id:03X};{len(one.data)};{one.data.hex(' ').upper()}"
+        for one in frames()
+    ]
+    return "\n".join(["Time;Bus;ID;DLC;Data", *rows, ""]).encode()
+
+
 def converted(suffix: str, *options: str) -> bytes:
     """What `convert` writes."""
     with TemporaryDirectory() as folder:
@@ -94,6 +103,7 @@ FORMS = {
     "console": _by_convert("txt", open_end=True, options=("--to", "console")),
     "asc": _by_convert("asc", open_end=True),
     "trc": _by_convert("trc", open_end=True),
+    "rows": Form("txt", listed, open_end=True),
     "csv": _by_convert("csv", open_end=True),
     "db": _by_convert("db"),
     "pcap": Form("pcap", lambda: written(pcap(), "pcap"), open_end=True),

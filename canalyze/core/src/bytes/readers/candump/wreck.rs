@@ -28,6 +28,10 @@ pub(super) fn is_comment_damaged(text: &[u8], buses: &Buses) -> bool {
     if *first == b'(' && rest.first().is_some_and(u8::is_ascii_digit) && std::str::from_utf8(rest).is_err() {
         return true;
     }
+    // `(17000000086#FF`: as many digits as in a stamp.
+    if *first == b'(' && rest.iter().take_while(|byte| byte.is_ascii_digit()).count() >= STAMP {
+        return true;
+    }
     // `#an0  601  [1]  40`, while `can0` is known.
     let (name, behind) = word(rest);
     let known = |known: &[u8]| known.split_first().is_some_and(|(_, rest)| rest == name);
@@ -77,6 +81,9 @@ fn is_frame(text: &[u8]) -> bool {
 pub(super) struct Behind {
     bytes: Vec<u8>,
 }
+
+/// Least number of digits that only a stamp has.
+const STAMP: usize = 8;
 
 /// Number of bytes that are examined.
 const REACH: usize = 64 * 1024;

@@ -138,7 +138,9 @@ impl RowLayout {
                 continue;
             }
             let Some(cell) = rest.next() else {
-                if blanks && row.count == 0 && self.columns.iter().skip(place).any(|column| *column == Data) {
+                // A row that ends before its length is cut.
+                let mut lacks = self.columns.iter().skip(place);
+                if lacks.any(|column| *column == Length || *column == Data && blanks && row.count == 0) {
                     return None;
                 }
                 break;
@@ -223,7 +225,7 @@ impl RowLayout {
     fn cells_of<'a>(&self, texts: &[&'a [u8]], of: fn(Column) -> bool) -> Vec<&'a [u8]> {
         let mut words = Vec::new();
         if self.separator == Separator::Pairs {
-            let own = texts.iter().flat_map(|text| pairs(text)).filter(|pair| of(Column::of(&pair)));
+            let own = texts.iter().flat_map(|text| pairs(text)).filter(|pair| of(Column::of(pair)));
             let between = |byte: &u8| b" ,\"'".contains(byte);
             return own.flat_map(|pair| pair.value.split(between)).filter(|word| !word.is_empty()).collect();
         }

@@ -77,6 +77,11 @@ impl RowLayout {
             return objects::layout(text).is_some();
         }
         let found = cells(text, self.separator);
+        // Rows of a table begin with a number.
+        let numbered = found.len() > 1 && text.first().is_some_and(u8::is_ascii_digit);
+        if self.named && numbered && matches!(self.separator, Separator::Byte(_)) {
+            return true;
+        }
         let least = self.columns.iter().filter(|column| !matches!(column, Column::Byte | Data)).count();
         let cell = |of: fn(&Column) -> bool| self.columns.iter().position(of).and_then(|place| found.get(place));
         let id = cell(|column| matches!(column, Id(_))).is_some_and(|cell| number(id_digits(cell).0, 16).is_some());
@@ -91,6 +96,14 @@ impl RowLayout {
             && rest.all(|(column, cell)| row.take(*column, cell).is_some())
             && row.count >= row.length.unwrap_or(2).max(1);
         found.len() >= least.max(2) && if self.named { id || whole } else { id && (bytes() || none()) }
+    }
+
+    /// Returns true if a row of a table ends before the cell of its bytes.
+    pub(super) fn ends_before_data(&self, text: &[u8]) -> bool {
+        let place = self.columns.iter().position(|column| *column == Data);
+        let found = cells(text, self.separator).len();
+        let between = matches!(self.separator, Separator::Byte(_));
+        self.named && between && found > 1 && place.is_some_and(|place| place >= found)
     }
 
     /// Returns the reason why a row that was meant cannot be read; `read`: its cells could be.

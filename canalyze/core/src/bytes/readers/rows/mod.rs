@@ -27,7 +27,7 @@ use self::marked::self_describing;
 use self::row::{CLASSIC, Row, channel};
 use super::candump::Stamps;
 use super::lines::Begun;
-use super::listing::{Gaps, omission, unmarked, unquoted};
+use super::listing::{Gaps, is_damaged, omission, unmarked, unquoted};
 use super::{Contents, FilePlace, Item, Unreadable};
 use crate::bytes::frame::{Buses, CanId, Frame, Kind};
 
@@ -57,6 +57,10 @@ pub struct Rows {
     object: Vec<u8>,
     clock: AdapterClock,
     gaps: Gaps,
+    /// The last line that was a row, or meant as one.
+    read_line: u64,
+    /// The last line, if it has no end.
+    open_line: u64,
     /// The program whose rows say that they are its own.
     program: Option<&'static str>,
 }
@@ -124,9 +128,15 @@ impl Rows {
         let last = self.begun.end();
         if !last.is_empty() {
             self.lines += 1;
+            self.open_line = self.lines;
             self.line(&last, buses, sink);
         }
         self.decide(false, buses, sink);
+        // A last line without its end begins like a row.
+        let begun = last.first().is_some_and(u8::is_ascii_digit) && self.learnt;
+        if begun && self.read_line < self.lines {
+            sink(unreadable(self.lines, Unreadable::Cut), buses);
+        }
         self.gaps.settle(buses, sink);
         if pairs::pairs(&self.object).any(|pair| matches!(Column::of(&pair), Id(_))) {
             sink(unreadable(self.lines, Unreadable::Cut), buses);
@@ -182,6 +192,7 @@ impl Rows {
         if let Some((row, program)) = self_describing(text) {
             self.decide(false, buses, sink);
             self.program.get_or_insert(program);
+            self.read_line = self.lines;
             self.gaps.row(buses, sink);
             return self.clock.give(&row, self.lines, false, buses, sink);
         }
@@ -218,6 +229,8 @@ impl Rows {
             if count >= least && count.is_power_of_two() {
                 self.decide(count < KEPT, buses, sink);
             }
+        } else if is_damaged(text) {
+            sink(unreadable(self.lines, Unreadable::NoFrame), buses);
         }
     }
 
@@ -253,7 +266,11 @@ impl Rows {
     }
 
     fn row(&mut self, text: &[u8], line: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        let Self { layout: Some(layout), clock, gaps, .. } = self else { return };
+        let Self { layout: Some(layout), clock, gaps, read_line, open_line, .. } = self else { return };
+        let before = std::mem::replace(read_line, line);
+        if line == *open_line && (layout.ends_before_data(text) || !layout.decimal && ends_in_a_byte(text)) {
+            return sink(unreadable(line, Unreadable::Cut), buses);
+        }
         let (mut text, mut first): (&[u8], Option<Row<'_>>) = (text, None);
         loop {
             let found = if layout.named { layout.read(text) } else { layout.reads_again(text) };
@@ -262,9 +279,12 @@ impl Rows {
                 || prose::guess(text, false).map(|(_, row)| row).filter(|row| !layout.named && row.length.is_some());
             let read = found.is_some();
             let Some(row) = found.and_then(Row::whole).or_else(other).filter(|_| layout.refused.is_none()) else {
-                if layout.is_meant(text) || !read && prose::is_meant(text) {
+                if layout.is_meant(text) || is_damaged(text) || !read && prose::is_meant(text) {
                     sink(unreadable(line, layout.reason(text, read)), buses);
-                } else if let Some(omission) = omission(text) {
+                    return;
+                }
+                *read_line = before;
+                if let Some(omission) = omission(text) {
                     gaps.mark(omission, FilePlace::Line(line));
                 }
                 return;
@@ -318,6 +338,13 @@ fn parts(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     let text = text.trim_ascii();
     let end = if text.starts_with(b"< ") && text.ends_with(b" >") { b'>' } else { b'\r' };
     text.split_inclusive(move |byte| *byte == end).map(move |part| part.strip_suffix(b"\r").unwrap_or(part))
+}
+
+/// Returns true if the last byte of a text has one digit, and the one before it two.
+fn ends_in_a_byte(text: &[u8]) -> bool {
+    let mut words = text.rsplit(|byte| !byte.is_ascii_hexdigit());
+    let (last, before) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
+    last.len() == 1 && before.len() == 2
 }
 
 /// Returns true if a line of text is a heading or a row that only this reader reads; `alone`: whatever its columns.
