@@ -9,13 +9,13 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 64_980;
+const WHOLE: usize = 65_020;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
     // With rows inside other text, objects that name their values, several frames in one line, the clocks of adapters, and the
     // refusal of tables that may be misread.
-    ("bytes", 11_560),
+    ("bytes", 11_580),
     ("checks", 7_550),
     // With learnt event timers.
     ("evidence", 3_390),
