@@ -9,14 +9,14 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 65_020;
+const WHOLE: usize = 65_100;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
     // With rows inside other text, objects that name their values, several frames in one line, the clocks of adapters, and the
     // refusal of tables that may be misread.
     ("bytes", 11_580),
-    ("checks", 7_550),
+    ("checks", 7_590),
     // With learnt event timers.
     ("evidence", 3_390),
     ("lib", 50),
@@ -25,8 +25,8 @@ const BUDGETS: &[(&str, usize)] = &[
     ("sdo", 4_610),
     ("session", 2_780),
     ("settings", 1_310),
-    // Without what a kind of problem is: that is in the table of kinds.
-    ("problems", 6_210),
+    // Without what a kind of problem is: that is in the table of kinds. With ends that a frame shows, and new floods.
+    ("problems", 6_400),
     ("tables", 6_110),
     // The transfers of CANopen FD.
     ("usdo", 1_030),

@@ -21,14 +21,8 @@ use crate::world::node::{Content, Node, Pdo, PerNode};
 type TpdoKey = (u8, u16);
 
 /// A bit for each CAN-ID of 11 bits.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Heard([u64; 32]);
-
-impl Default for Heard {
-    fn default() -> Self {
-        Self([0; 32])
-    }
-}
 
 impl Heard {
     fn take(&mut self, id: CanId) {
