@@ -186,7 +186,7 @@ def test_baseline_comes_back_as_it_was(tmp_path: Path) -> None:
 
 
 def test_a_new_entry_is_one_more_line() -> None:
-    before: dict[Kind | baseline.Problem, int] = {
+    before: dict[Kind | baseline.ProblemKind, int] = {
         Kind("SDO001", "can0", 5, None): 1,
         Kind("SYN003", "can0", None, None): 1,
     }

@@ -70,6 +70,13 @@ pub struct KindRow {
 }
 
 impl KindRow {
+    /// Iterates over the things to check first where no fact says more, without those about the capture at hand.
+    pub fn checked_first(&self) -> impl Iterator<Item = Words> {
+        let always = self.checks.iter().find(|(when, _)| when.is_empty());
+        let checks = always.into_iter().flat_map(|(_, checks)| checks.iter());
+        checks.filter(|check| ![say::NO_SIGN, say::ERROR_FRAMES_OFF].contains(check)).map(|check| check.words)
+    }
+
     /// Iterates over the rules that show it.
     pub fn shown_by(&self) -> impl Iterator<Item = Code> {
         self.signs.iter().map(|sign| sign.code).chain(self.codes.iter().copied())

@@ -140,6 +140,10 @@ fn problem(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
     };
     put!(out; lang.pick("影响", "impact "), row.impact.name(), ": ", lang.pick(impact.0, impact.1), "\n");
     put!(out; lang.pick("  常见原因: ", "  Usual cause: "), lang.of(row.cause), "\n");
+    for (place, check) in row.checked_first().enumerate() {
+        put!(out; if place > 0 { "; " } else { lang.pick("  先查: ", "  Check first: ") }, lang.of(check));
+    }
+    put!(out; if row.checked_first().next().is_some() { "\n" } else { "" });
     put!(out; lang.pick("  恢复条件: ", "  Ended when: "), lang.of(row.end), "\n");
     for (place, code) in row.shown_by().enumerate() {
         put!(out; if place > 0 { lang.pick("、", ", ") } else { lang.pick("  相关规则: ", "  Rules: ") });
