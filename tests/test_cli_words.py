@@ -96,3 +96,10 @@ def is_used(key: str) -> bool:
 @pytest.mark.parametrize("lang", LANGUAGES)
 def test_unknown_value_of_the_core_is_shown_as_it_is(lang: str) -> None:
     assert Words(lang).of("mode", "something-new") == "something-new"
+
+
+def test_every_rule_of_cause_says_why() -> None:
+    source = (PACKAGE / "core/src/problems/causes.rs").read_text(encoding="utf-8")
+    numbers = {f"problem_link.L{number}" for number in re.findall(r"^    \((\d+), \w+\),$", source, re.MULTILINE)}
+    assert len(numbers) > 30
+    assert numbers <= {key for key, _, _ in ROWS}
