@@ -133,7 +133,8 @@ def test_coarse_stamps_show_nothing_that_did_not_happen(path: Path, how: str, re
 
     def timed(found: Diagnosed) -> set[tuple[str, str]]:
         real = (one for one in found.incidents if one["status"] != "harmless" and one["problem"] in TIMED)
-        return {(SAME.get(one["problem"], one["problem"]), json.dumps(one["subject"])) for one in real}
+        kinds: list[tuple[str, Row]] = [(one["problem"], one["subject"]) for one in real]
+        return {(SAME.get(kind, kind), json.dumps(subject)) for kind, subject in kinds}
 
     assert timed(told(path, how)) <= timed(told(path, "as it was"))
 
