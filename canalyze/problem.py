@@ -118,7 +118,7 @@ class Problem:
 
     @property
     def frames(self) -> tuple[int, ...]:
-        """Give the frames that are its evidence, ascending."""
+        """Returns the frames that are its evidence, ascending."""
         ends = [self.end.frame] if self.end else []
         return tuple(sorted({self.begin.frame, self.noticed.frame, *(step.frame for step in self.steps), *ends}))
 
@@ -179,7 +179,7 @@ def problem_change(row: Mapping[str, Any]) -> ProblemChange:
 
 
 def _told(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Give what is known of a problem from its begin to its end."""
+    """Returns what is known of a problem from its begin to its end."""
     subject, cause, end = row["subject"], row["cause"], row["end"]
     return {
         **{name: row[name] for name in ("id", "status", "message")},

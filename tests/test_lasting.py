@@ -370,3 +370,23 @@ def test_a_tpdo_that_is_moved_onto_the_identifier_of_another_node(used: bool) ->
             net.send(0x186, bytes([frame // 8, 7])).wait(0.05)
     net = beats(net, {NODE: 2, OTHER: 2})
     assert ("shared-cob-id" in [kind for kind, _ in problems(net.frames())]) == used
+
+
+def test_a_tpdo_that_is_moved_to_and_fro_shares_no_identifier() -> None:
+    """The other identifier is free each time, although it is that of a node by the pre-defined connection set."""
+    net = started(NODE, OTHER).write(NODE, 0x1800, 1, 0x185, 4)
+    for frame in range(160):
+        identifier = 0x185 if frame // 40 % 2 == 0 else 0x186
+        if frame % 40 == 0:
+            net.write(NODE, 0x1800, 1, 0x8000_0000 | identifier, 4).write(NODE, 0x1800, 1, identifier, 4)
+        net.send(identifier, bytes([frame, 0])).wait(0.05)
+    assert "shared-cob-id" not in [kind for kind, _ in problems(beats(net, {NODE: 2, OTHER: 2}).frames())]
+
+
+@pytest.mark.parametrize("factor", [1.5, 3, 6])
+def test_heartbeats_that_stay_slower_do_not_follow_from_an_error(factor: float) -> None:
+    """An error is reported in the first gap that is longer."""
+    net = Network(start=1_700_000_000.0)
+    emergency = net.wait(4.6).send(0x080 + NODE, bytes.fromhex("0010010000000000")).frames()
+    frames = sorted([*slower(factor), *emergency], key=lambda frame: frame.t_us)
+    assert ("heartbeat-irregular", "open") in problems(frames)

@@ -11,7 +11,7 @@ TABLES: Final = {"incidents": "problems"}
 
 
 def renamed(name: str, today: str) -> property:
-    """Give an attribute that is called otherwise today."""
+    """Returns an attribute by its former name, with a warning."""
 
     def get(self: Any) -> Any:
         warn(name, today)
@@ -21,7 +21,7 @@ def renamed(name: str, today: str) -> property:
 
 
 def table(name: str) -> str:
-    """Give the name of a table as it is today."""
+    """Returns the present name of a table."""
     if name in TABLES:
         warn(name, TABLES[name])
     return TABLES.get(name, name)

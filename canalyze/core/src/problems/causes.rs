@@ -461,23 +461,29 @@ fn error_before(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     (pair.same_node && errs).then_some((Grade::Likely, delay))
 }
 
+/// Returns the gap before a late heartbeat, in ns; heartbeats that come more slowly for good (`reason`) leave none.
+fn gap(one: &Problem) -> Option<i64> {
+    let lasts = one.measured().is_some_and(|all| all.variant.constants.iter().any(|(name, _)| *name == "reason"));
+    one.ns("found").filter(|_| one.kind.is(KindRole::Slower) && !lasts)
+}
+
 /// L36: a node that reports an error is late with its heartbeat.
 fn error_meanwhile(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let gap = pair.effect.ns("found").filter(|_| pair.effect.kind.is(KindRole::Slower))?;
+    let gap = gap(pair.effect)?;
     let errs = pair.same_node && !pair.cause.clue.reported.is_empty() && (0..=gap).contains(&pair.delay);
     errs.then_some((Grade::Likely, pair.delay))
 }
 
 /// L39: a node that restarts sends no heartbeat meanwhile.
 fn restarted_meanwhile(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let gap = pair.effect.ns("found").filter(|_| pair.effect.kind.is(KindRole::Slower))?;
+    let gap = gap(pair.effect)?;
     let restarts = pair.cause.kind.is(KindRole::Restart) || pair.cause.kind.is(KindRole::Loop);
     (pair.same_node && restarts && (0..=gap).contains(&pair.delay)).then_some((Grade::Certain, pair.delay))
 }
 
 /// L37: a node that sent no heartbeat sent nothing else at that time.
 fn sent_nothing(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let gap = pair.cause.ns("found").filter(|_| pair.cause.kind.is(KindRole::Slower))?;
+    let gap = gap(pair.cause)?;
     let missing = [KindRole::MissingPdo, KindRole::Service, KindRole::NoSync].map(|role| pair.effect.kind.is(role));
     let within = (gap.saturating_mul(-2)..=0).contains(&pair.delay);
     (pair.same_node && missing.contains(&true) && within).then_some((Grade::Likely, pair.delay.saturating_abs()))

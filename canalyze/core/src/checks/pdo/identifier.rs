@@ -51,7 +51,7 @@ pub struct PdoIdentifiers {
     written: BTreeMap<TpdoKey, FrameRef>,
     /// The identifiers that TPDOs had before.
     former: BTreeMap<TpdoKey, CanId>,
-    /// The CAN-IDs of PDOs so far, one bit each.
+    /// The CAN-IDs on which PDOs came while no TPDO was configured to them, one bit each.
     heard: Heard,
 }
 
@@ -75,7 +75,14 @@ impl PdoIdentifiers {
         if !self.shared.is_empty() {
             self.judge(id, cx);
         }
-        self.heard.take(id);
+        if !self.heard.has(id) && !self.is_told(id) {
+            self.heard.take(id);
+        }
+    }
+
+    /// Returns true if a TPDO is known to have an identifier by more than an EDS default.
+    fn is_told(&self, id: CanId) -> bool {
+        self.senders.get(&id).is_some_and(|names| names.values().any(|from| *from > Provenance::Eds))
     }
 
     fn judge(&mut self, id: CanId, cx: &mut Context<'_>) {
@@ -108,7 +115,7 @@ impl PdoIdentifiers {
                 self.ids.insert(name, cob.id);
                 self.senders.entry(cob.id).or_default().insert(name, from);
                 // Frames on it while this one was sent on another show who had the identifier.
-                let moved = self.former.get(&name).is_some_and(|former| *former != cob.id && self.heard.has(*former));
+                let moved = self.former.get(&name).is_some_and(|former| *former != cob.id);
                 let taken = moved && self.heard.has(cob.id);
                 if let Some(owner) = owner(cob.id, nodes).filter(|owner| taken && owner.0 != name.0) {
                     self.ids.insert(owner, cob.id);

@@ -80,14 +80,14 @@ impl Emergencies {
 
     /// Clears the errors that an error register, read or reported, does not show any more. Only bit 0 is mandatory: that of
     /// an error's class counts if it was set when the error was reported.
-    fn shown(&mut self, node: u8, register: u8, said: Saying, at: FrameRef, scene: &mut Scene<'_>) {
+    fn shown(&mut self, node: u8, register: u8, at: FrameRef, scene: &mut Scene<'_>) {
         let Some(open) = self.open.get_mut(&node) else { return };
         open.retain(|place| {
             let Some(one) = scene.ledger.get_mut(*place) else { return false };
             let Some(Quantity::Hex2(reported)) = one.get("register") else { return true };
             one.clue.codes.retain(|code| register & class(*code, reported) != 0);
             if one.clue.codes.is_empty() {
-                one.step(at, StepRole::Recovery, said.clone(), None);
+                one.step(at, StepRole::Recovery, Saying::RegisterRead { register }, None);
                 one.fact("taken_back", Quantity::Count(at.listed().no));
             }
             !one.clue.codes.is_empty()
@@ -226,7 +226,7 @@ impl Emergencies {
         let EmcyChange { node, profile, register, active, .. } = emergency;
         let at = scene.at;
         if register != 0 {
-            self.shown(node, register, Saying::StillSet { register }, at, scene);
+            self.shown(node, register, at, scene);
         }
         let Some(open) = self.open.get_mut(&node) else { return };
         open.retain(|place| {
@@ -263,7 +263,7 @@ impl Emergencies {
             return;
         };
         let at = transfer.last;
-        self.shown(node, *register, Saying::RegisterRead { register: *register }, at, scene);
+        self.shown(node, *register, at, scene);
         let open = scene.ledger.last(scene.id, |one| {
             one.kind == ProblemKind::RegisterWithoutEmcy && one.subject.node == Some(node) && one.end.is_none()
         });

@@ -104,7 +104,7 @@ impl RuleProblems {
         let last = if times(finding, 1) > 1 && finding.at.no > at.no { finding.at } else { at };
         let unasked = code == Code::Sdo002 && constant(finding, "missing") == Some("request");
         let gap_ns = match finding.measured().and_then(|all| all.get("found")) {
-            Some(Quantity::Ns(gap)) if code == Code::Hbt001 => Some(gap),
+            Some(Quantity::Ns(gap)) if code == Code::Hbt001 && !stays => Some(gap),
             _ => None,
         };
         let again = scene.ledger.last(scene.id, |one| {
@@ -164,6 +164,8 @@ impl RuleProblems {
                     one.ends(finding.at);
                     return None;
                 }
+                // What explained a single late one explains no lasting change.
+                one.cause = None;
                 (one.clue.least, one.end, one.measured) = (least, None, finding.measured());
                 for (name, value) in finding.measured().iter().flat_map(|all| all.facts()) {
                     if !one.has(name) {
