@@ -469,23 +469,20 @@ fn gap(one: &Problem) -> Option<i64> {
 
 /// L36: a node that reports an error is late with its heartbeat.
 fn error_meanwhile(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let gap = gap(pair.effect)?;
-    let errs = pair.same_node && !pair.cause.clue.reported.is_empty() && (0..=gap).contains(&pair.delay);
-    errs.then_some((Grade::Likely, pair.delay))
+    let errs = pair.same_node && !pair.cause.clue.reported.is_empty();
+    (errs && (0..=gap(pair.effect)?).contains(&pair.delay)).then_some((Grade::Likely, pair.delay))
 }
 
 /// L39: a node that restarts sends no heartbeat meanwhile.
 fn restarted_meanwhile(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let gap = gap(pair.effect)?;
-    let restarts = pair.cause.kind.is(KindRole::Restart) || pair.cause.kind.is(KindRole::Loop);
-    (pair.same_node && restarts && (0..=gap).contains(&pair.delay)).then_some((Grade::Certain, pair.delay))
+    let restarts = pair.same_node && (pair.cause.kind.is(KindRole::Restart) || pair.cause.kind.is(KindRole::Loop));
+    (restarts && (0..=gap(pair.effect)?).contains(&pair.delay)).then_some((Grade::Certain, pair.delay))
 }
 
 /// L37: a node that sent no heartbeat sent nothing else at that time.
 fn sent_nothing(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let gap = gap(pair.cause)?;
     let missing = [KindRole::MissingPdo, KindRole::Service, KindRole::NoSync].map(|role| pair.effect.kind.is(role));
-    let within = (gap.saturating_mul(-2)..=0).contains(&pair.delay);
+    let within = (gap(pair.cause)?.saturating_mul(-2)..=0).contains(&pair.delay);
     (pair.same_node && missing.contains(&true) && within).then_some((Grade::Likely, pair.delay.saturating_abs()))
 }
 

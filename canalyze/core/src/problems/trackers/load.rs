@@ -72,8 +72,7 @@ impl Stream {
     /// of the bus so far, which `began` with one.
     fn silences(&self, at: FrameRef, frames: u64, began: FrameRef) -> bool {
         let (Some(before), Some(lasts)) = (self.first.since(began), at.since(self.first)) else { return false };
-        let ahead = i64::try_from(self.ahead).unwrap_or(i64::MAX);
-        let due = ahead.saturating_mul(lasts / 1_000) / (before / 1_000).max(1);
+        let due = (self.ahead as i64).saturating_mul(lasts / 1_000) / (before / 1_000).max(1);
         let others = (frames - self.ahead).saturating_sub(u64::from(self.count));
         let dense = lasts / i64::from(self.count.max(1)) <= RUN_GAP_NS;
         dense && before >= lasts && due >= DUE && others.saturating_mul(4) < due.unsigned_abs()
