@@ -302,6 +302,7 @@ impl FrameRef {
     }
 
     /// Returns the time from `then` to this frame, in ns; `None` if either has no stamp.
+    #[inline]
     pub fn since(self, then: impl Into<Option<Self>>) -> Option<i64> {
         Some(self.t_ns?.saturating_sub(then.into()?.t_ns?))
     }

@@ -133,16 +133,21 @@ impl OfBus {
         let mut dirty = false;
         // A second sighting was on the bus once.
         let again = bus.shows_again();
+        let (mut is_pdo, mut is_lost) = (false, false);
+        for event in events {
+            is_pdo |= matches!(event.what, What::Pdo(_));
+            is_lost |= matches!(&event.what, What::Finding(finding) if finding.code == Code::Hbt002);
+        }
         if frame.kind == frame::Kind::Data && !again {
             let node = events.first().and_then(|event| event.node);
             self.load.frame(frame, node, scene!(self, ledger, bus, id, at));
             self.identities.frame(frame);
-            if !events.iter().any(|event| matches!(event.what, What::Pdo(_))) {
+            if !is_pdo {
                 self.pdos.unknown(frame, scene!(self, ledger, bus, id, at));
             }
         }
         // A node whose frame is overdue was silent until then.
-        for event in events {
+        for event in events.iter().filter(|_| is_lost) {
             if let What::Finding(finding) = &event.what
                 && let (Code::Hbt002, Some(node)) = (finding.code, finding.node)
             {
@@ -336,6 +341,9 @@ impl OfBus {
 
     /// Passes on a statusword of an axis.
     pub(super) fn drive(&mut self, change: &Change, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) -> bool {
+        if let Change::Drive { node, state: Some(state), .. } = change {
+            self.drives.reports(*node, *state);
+        }
         self.motions.reported(change, scene!(self, ledger, bus, id, at));
         false
     }

@@ -365,7 +365,7 @@ mod tests {
     fn pdo(context: &mut FindingContext, no: u64, node: u8, number: u16) {
         let frame = frame(no, 0x80 + 0x100 * number + u16::from(node), &[0; 8]);
         let content = Signals::None(Unmapped::Unknown);
-        let data = ProcessData { transmit: true, number, node, content, state: None, sync: None };
+        let data = ProcessData { transmit: true, number, node, content, state: None, sync: None, is_off: false };
         context.push(&frame, Some(event(&frame, Some(node), What::Pdo(data))));
     }
 

@@ -43,7 +43,7 @@ use crate::world::dictionary::{Described, Object};
 use crate::world::drive;
 use crate::world::event::{Addressed, Event, ProcessData, Signals, Step, Unmapped, What};
 use crate::world::network::Network;
-use crate::world::node::{Content, Node, PerNode};
+use crate::world::node::{Content, Node, Pdo, PerNode};
 use crate::world::profile_defaults;
 use crate::world::roles::Roles;
 
@@ -417,11 +417,12 @@ impl Bus {
             return self.unconfirmed(name, content.by(from), frame, cx);
         }
         let refuted = asked.map(|asked| (asked.cob.is_some(), asked.is_refuted_by(frame.len)));
+        let is_off = known.is_some_and(Pdo::is_off);
         let sync = self.checks.sync.place(node, known, frame, cx.evidence.recording.lag_ns());
         let (content, fit) = self.checks.content(name, content, frame);
         let own = cx.events.len();
         let consumed = (transmit && fit.is_by_own_mapping()).then(|| self.by_consumer(frame));
-        let data = ProcessData { transmit, number, node, content, state: self.checks.nodes.state(node), sync };
+        let data = ProcessData { transmit, number, node, content, state: self.checks.nodes.state(node), sync, is_off };
         cx.push(None, Some(node), What::Pdo(data));
         if cx.sighting == Sighting::Duplicate {
             return;

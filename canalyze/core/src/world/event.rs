@@ -76,6 +76,8 @@ pub struct ProcessData {
     pub state: Option<u8>,
     /// The place in the SYNC cycle, if the PDO is synchronous.
     pub sync: Option<Placement>,
+    /// True if the capture shows that the node has the PDO disabled.
+    pub is_off: bool,
 }
 
 /// A multiplex PDO and the object in it.

@@ -29,7 +29,7 @@ const PARAMETERS: RangeInclusive<u16> = 0x1400..=0x1BFF;
 const MULTIPLEXED: u8 = 4;
 
 /// A value for every node that needs one, by node-ID 1..=127: one array look-up.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct PerNode<T> {
     slots: Vec<Option<Box<T>>>,
     /// A dummy for impossible node-IDs (a node-ID is at most 127).
@@ -179,6 +179,12 @@ impl Pdo {
     /// The index of its mapping parameter.
     pub fn mapping(&self) -> u16 {
         mapping_parameter(self.transmit, self.number)
+    }
+
+    /// Returns true if a told COB-ID disables it; what only a file says, or what the capture contradicts, does not.
+    pub fn is_off(&self) -> bool {
+        let (cob, from) = self.cob;
+        from.is_told() && !from.is_doubted() && !cob.valid
     }
 }
 

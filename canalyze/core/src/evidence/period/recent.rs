@@ -68,8 +68,10 @@ impl UsualGap {
     }
 
     /// Learns from a gap in ns.
+    #[inline]
     pub fn learn(&mut self, gap_ns: i64) {
-        let step = self.median_ns / if self.seen < FIRST { FIRST_STEP } else { STEP };
+        // Not one division by the one or the other: by a constant each is a shift.
+        let step = if self.seen < FIRST { self.median_ns / FIRST_STEP } else { self.median_ns / STEP };
         self.median_ns = match gap_ns.cmp(&self.median_ns) {
             _ if self.seen == 0 => gap_ns,
             Ordering::Greater => gap_ns.min(self.median_ns.saturating_add(step)),

@@ -19,6 +19,7 @@ use crate::sdo::transfer::{Status, Transfer};
 use crate::wire::pdo::mapping::extract;
 use crate::world::drive::{DriveObject, DriveState, PROFILE};
 use crate::world::event::{ProcessData, Signals, Unmapped};
+use crate::world::node::PerNode;
 
 /// Time after which a drive in fault when first seen is reported, in ns; one that was just switched on is reset before.
 const SEEN_NS: i64 = 3_000_000_000;
@@ -32,9 +33,11 @@ pub(in crate::problems) struct Drives {
     /// is a guess of this tracker, of a lower grade, so the bus does not publish it.
     assumed: BTreeMap<u8, DriveState>,
     /// The last controlword of each node.
-    controlwords: BTreeMap<u8, u16>,
+    controlwords: PerNode<Option<u16>>,
     /// Faults, by node.
     faults: BTreeMap<u8, LedgerPlace>,
+    /// Nodes with an axis that has reported a fault, one bit each.
+    reported: u128,
     /// Commands without effect, with the state that the axis kept.
     stuck: BTreeMap<u8, (LedgerPlace, Option<DriveState>)>,
 }
@@ -85,7 +88,7 @@ impl Drives {
         let at = scene.at;
         if !data.transmit {
             let Some((word, _)) = word(data, frame, DriveObject::Controlword) else { return };
-            let before = self.controlwords.insert(data.node, word).unwrap_or(FAULT_RESET);
+            let before = self.controlwords.entry(data.node).replace(word).unwrap_or(FAULT_RESET);
             if word & !before & FAULT_RESET != 0
                 && let Some(one) = self.faults.get(&data.node).and_then(|place| scene.ledger.get_mut(*place))
             {
@@ -94,8 +97,10 @@ impl Drives {
             }
             return;
         }
-        let is_known = scene.bus.drive_states(data.node).next().is_some();
-        let Some((word, true)) = word(data, frame, DriveObject::Statusword).filter(|_| !is_known) else { return };
+        if scene.bus.drive_states(data.node).next().is_some() {
+            return;
+        }
+        let Some((word, true)) = word(data, frame, DriveObject::Statusword) else { return };
         let Some(state) = DriveState::of(word) else { return };
         let before = self.assumed.insert(data.node, state);
         let is_fault = |state: DriveState| matches!(state, DriveState::Fault | DriveState::FaultReactionActive);
@@ -269,8 +274,18 @@ impl Drives {
     pub(in crate::problems) fn stays(&mut self, node: u8, scene: &mut Scene<'_>) {
         let at = scene.at;
         let long = |(_, _, since): &(usize, u16, FrameRef)| at.since(*since).is_some_and(|lasts| lasts >= SEEN_NS);
-        if !self.faults.contains_key(&node) && scene.bus.found_in_fault(node).any(|found| long(&found)) {
+        if self.reported & bit(node) != 0
+            && !self.faults.contains_key(&node)
+            && scene.bus.found_in_fault(node).any(|found| long(&found))
+        {
             self.seen(node, scene);
+        }
+    }
+
+    /// Records a reported state of an axis.
+    pub(in crate::problems) fn reports(&mut self, node: u8, state: DriveState) {
+        if matches!(state, DriveState::Fault | DriveState::FaultReactionActive) {
+            self.reported |= bit(node);
         }
     }
 
@@ -318,7 +333,7 @@ impl Drives {
     pub(in crate::problems) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         let at = scene.at;
         self.assumed.remove(&node);
-        self.controlwords.remove(&node);
+        self.controlwords.take(node);
         if let Some(place) = self.faults.remove(&node)
             && let Some(one) = scene.ledger.get_mut(place)
         {

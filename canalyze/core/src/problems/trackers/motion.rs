@@ -4,8 +4,6 @@
 //! The sources are PDOs with a known mapping, and SDO. Faults are followed in `drive`. A bit whose meaning depends on
 //! the mode of operation is ignored while the mode is not known.
 
-use std::collections::BTreeMap;
-
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::evidence::period::recent::UsualGap;
 use crate::problems::kinds::ProblemKind;
@@ -21,6 +19,7 @@ use crate::wire::pdo::mapping::extract;
 use crate::world::change::Change;
 use crate::world::drive::{self, DriveState};
 use crate::world::event::{ProcessData, Signals};
+use crate::world::node::PerNode;
 use crate::world::od::first_axis;
 
 /// Bits of the statusword: voltage enabled, internal limit active, and those with a meaning given by the mode.
@@ -56,6 +55,9 @@ const MISSING: i64 = 3;
 /// Ratio of the time without a target at the end of the capture from which on they have stopped.
 const GONE: i64 = 10;
 
+/// Number of axes of a node (CiA 402-1).
+const AXES: usize = 8;
+
 /// An axis of a node: its node-ID, and its number from 0.
 type AxisKey = (u8, u8);
 
@@ -80,6 +82,11 @@ struct AxisMotion {
     upward: Option<(FrameRef, bool)>,
     /// Steps to Operation enabled that were commanded by SDO without effect, one bit each, and the first of them.
     vain: (u8, Option<FrameRef>),
+    /// The statusword, the controlword and the mode with which nothing is open and nothing waits for its time: as long as
+    /// they stay, reports change nothing.
+    settled: Option<(u16, Option<u16>, Option<i8>)>,
+    /// Its targets, while it needs one in each cycle.
+    targets: Option<Targets>,
     open: Vec<(ProblemKind, LedgerPlace)>,
 }
 
@@ -93,8 +100,7 @@ struct Targets {
 /// The axes of a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::problems) struct Motions {
-    axes: BTreeMap<AxisKey, AxisMotion>,
-    targets: BTreeMap<AxisKey, Targets>,
+    axes: PerNode<[AxisMotion; AXES]>,
 }
 
 /// The steps to operation enabled: shutdown, switch on, enable operation.
@@ -123,6 +129,18 @@ fn displayed(node: u8, mode: i8, scene: &mut Scene<'_>) {
 }
 
 impl Motions {
+    /// Returns the state of an axis of a node that has one.
+    #[inline]
+    fn known(&mut self, (node, axis): AxisKey) -> Option<&mut AxisMotion> {
+        self.axes.get_mut(node)?.get_mut(usize::from(axis))
+    }
+
+    /// Returns the state of an axis.
+    #[inline]
+    fn axis(&mut self, name: AxisKey) -> Option<&mut AxisMotion> {
+        self.axes.entry(name.0).get_mut(usize::from(name.1))
+    }
+
     /// Processes a PDO of a drive with a known mapping.
     pub(in crate::problems) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
         let (Signals::Mapped(mapping, _) | Signals::ByConsumer(mapping, ..)) = &data.content else { return };
@@ -140,7 +158,9 @@ impl Motions {
                 continue;
             }
             if let Some(raw) = extract(frame.payload(), usize::from(entry.offset), usize::from(entry.bits)) {
-                self.axes.entry(name).or_default().by_pdo |= !data.transmit;
+                if let Some(axis) = self.axis(name) {
+                    axis.by_pdo |= !data.transmit;
+                }
                 self.value(name, object, raw, scene);
             }
         }
@@ -164,7 +184,7 @@ impl Motions {
     /// Forgets the controlword while a client writes it.
     pub(in crate::problems) fn asked(&mut self, node: u8, index: u16) {
         if let Some(axis) = drive::axis(index).filter(|_| first_axis(index) == 0x6040)
-            && let Some(axis) = self.axes.get_mut(&(node, axis))
+            && let Some(axis) = self.known((node, axis))
         {
             axis.control = None;
         }
@@ -172,11 +192,7 @@ impl Motions {
 
     /// Forgets the axes of a node that booted or was lost, and ends their problems.
     pub(in crate::problems) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
-        if self.axes.is_empty() {
-            return;
-        }
-        self.targets.retain(|(other, _), _| *other != node);
-        for (_, axis) in self.axes.range_mut((node, 0)..=(node, u8::MAX)) {
+        for axis in self.axes.get_mut(node).into_iter().flatten() {
             for (_, place) in std::mem::take(axis).open {
                 if let Some(one) = scene.ledger.get_mut(place) {
                     one.step(scene.at, StepRole::Recovery, Saying::Booted, None);
@@ -190,7 +206,7 @@ impl Motions {
         match object {
             0x6040 => self.controlled(name, raw as u16, scene),
             _ => {
-                let axis = self.axes.entry(name).or_default();
+                let Some(axis) = self.axis(name) else { return };
                 // The displayed mode counts; a requested one only before the first display.
                 let mode = raw as u8 as i8;
                 if object == 0x6061 || axis.mode.is_none() {
@@ -204,9 +220,11 @@ impl Motions {
     }
 
     fn controlled(&mut self, name: AxisKey, word: u16, scene: &mut Scene<'_>) {
-        let (at, state) = (scene.at, scene.bus.axis_state(name.0, name.1));
-        let axis = self.axes.entry(name).or_default();
+        let at = scene.at;
+        let Some(axis) = self.axis(name) else { return };
         let before = axis.control.replace(word);
+        let asks = word & (NEW_SET_POINT | FAULT_RESET) != 0;
+        let state = asks.then(|| scene.bus.axis_state(name.0, name.1)).flatten();
         let rises = |bit: u16| word & bit != 0 && before.is_some_and(|before| before & bit == 0);
         if rises(NEW_SET_POINT) && axis.mode == Some(PROFILE_POSITION) && state == Some(DriveState::OperationEnabled) {
             axis.set_point = Some((at, 0));
@@ -242,7 +260,11 @@ impl Motions {
     pub(in crate::problems) fn reported(&mut self, change: &Change, scene: &mut Scene<'_>) {
         let Change::Drive { node, axis, statusword: word, state: Some(state), previous, .. } = *change else { return };
         let (at, name, before) = (scene.at, (node, axis), previous.and_then(DriveState::of));
-        let axis = self.axes.entry(name).or_default();
+        let Some(axis) = self.axis(name) else { return };
+        if axis.settled == Some((word, axis.control, axis.mode)) && axis.set_point.is_none() {
+            axis.upward = None;
+            return;
+        }
         let enabled = state == DriveState::OperationEnabled;
         axis.reset &= state == DriveState::Fault;
         let held = axis.by_pdo && axis.control.is_some_and(|word| word & 0x8F == 0x0F);
@@ -252,7 +274,8 @@ impl Motions {
         let (left, mode) = (axis.left, axis.mode);
         let limit = enabled && word & LIMIT != 0;
         axis.limit = limit.then(|| axis.limit.unwrap_or(at));
-        let limit = axis.limit.filter(|since| at.since(*since).is_some_and(|since| since >= STANDS_NS));
+        let limit_since = axis.limit;
+        let limit = limit_since.filter(|since| at.since(*since).is_some_and(|since| since >= STANDS_NS));
         if !enabled || word & ACKNOWLEDGED != 0 {
             axis.set_point = None;
         }
@@ -284,10 +307,12 @@ impl Motions {
         let disabled = told.map(|(since, _)| since).or((open && stays).then_some(at)).or(vain);
         let control = axis.control;
         let error = |modes: &[i8]| enabled && word & ERROR != 0 && mode.is_some_and(|mode| modes.contains(&mode));
-        self.set(name, ProblemKind::FollowingError, error(&FOLLOWS), at, scene);
+        let waits = left || limit_since.is_some() || axis.set_point.is_some() || axis.vain.1.is_some();
+        let settles = before == Some(state) && !stays && !waits;
         if !enabled {
-            self.targets.remove(&name);
+            axis.targets = None;
         }
+        self.set(name, ProblemKind::FollowingError, error(&FOLLOWS), at, scene);
         self.set(name, ProblemKind::StateLeft, left, at, scene);
         self.set(name, ProblemKind::HomingFailed, error(&[HOMING]), at, scene);
         self.set(name, ProblemKind::InternalLimit, limit.is_some(), limit.unwrap_or(at), scene);
@@ -315,23 +340,26 @@ impl Motions {
                 one.step(at, StepRole::Sign, Saying::Reports { statusword: word }, None);
             }
         }
+        if let Some(axis) = self.known(name) {
+            axis.settled = Some((word, control, mode)).filter(|_| settles && axis.open.is_empty());
+        }
     }
 
     /// Returns the open problem of a kind for an axis.
     fn opened<'a>(
-        &self,
+        &mut self,
         name: AxisKey,
         kind: ProblemKind,
         scene: &'a mut Scene<'_>,
     ) -> Option<&'a mut crate::problems::problem::Problem> {
-        let open = &self.axes.get(&name)?.open;
+        let open = &self.known(name)?.open;
         let (_, place) = open.iter().find(|(other, _)| *other == kind)?;
         scene.ledger.get_mut(*place)
     }
 
     /// Opens or ends the problem of a kind for an axis; `since`: its beginning.
     fn set(&mut self, name: AxisKey, kind: ProblemKind, holds: bool, since: FrameRef, scene: &mut Scene<'_>) {
-        let Some(axis) = self.axes.get_mut(&name) else { return };
+        let Some(axis) = self.known(name) else { return };
         let open = axis.open.iter().position(|(other, _)| *other == kind);
         match (open, holds) {
             (None, true) => {
@@ -369,7 +397,9 @@ impl Motions {
 
     /// Records targets that have stopped although the axis is enabled, at the end of the capture.
     pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
-        for (name, one) in std::mem::take(&mut self.targets) {
+        let axes =
+            self.axes.iter_mut().flat_map(|(node, axes)| (0..).zip(axes).map(move |(axis, one)| ((node, axis), one)));
+        for (name, one) in axes.filter_map(|(name, axis)| Some((name, axis.targets.take()?))) {
             let rest = scene.at.since(one.last).unwrap_or(0);
             let told = scene
                 .ledger
@@ -402,14 +432,13 @@ impl Motions {
     /// Processes a target of an axis.
     fn target(&mut self, name: AxisKey, pdo: (bool, u16), scene: &mut Scene<'_>) {
         let at = scene.at;
-        let mode = self.axes.get(&name).and_then(|axis| axis.mode);
-        let enabled = scene.bus.axis_state(name.0, name.1) == Some(DriveState::OperationEnabled);
-        let cyclic = enabled && mode.is_some_and(|mode| CYCLIC.contains(&mode));
-        if !cyclic {
-            self.targets.remove(&name);
+        let Some(axis) = self.known(name) else { return };
+        let cyclic = axis.mode.is_some_and(|mode| CYCLIC.contains(&mode));
+        if !cyclic || scene.bus.axis_state(name.0, name.1) != Some(DriveState::OperationEnabled) {
+            axis.targets = None;
             return;
         }
-        let one = self.targets.entry(name).or_default();
+        let one = axis.targets.get_or_insert_default();
         let last = std::mem::replace(&mut one.last, at);
         let Some(gap) = at.since(last).filter(|gap| last.no > 0 && *gap > 0) else { return };
         let period = one.usual.ns;

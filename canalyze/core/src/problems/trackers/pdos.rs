@@ -27,9 +27,29 @@ const KEPT: usize = 512;
 /// Number of frames that no RPDO takes beyond the change of a COB-ID.
 const FRAMES: u64 = 10;
 
+/// A PDO in order of node, RPDOs before TPDOs, and number: one comparison.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+struct CyclicName(u32);
+
+impl CyclicName {
+    fn new(node: u8, transmit: bool, number: u16) -> Self {
+        Self(u32::from(node) << 17 | u32::from(transmit) << 16 | u32::from(number))
+    }
+
+    fn node(self) -> u8 {
+        (self.0 >> 17) as u8
+    }
+
+    /// Returns true for a TPDO, and its number.
+    fn pdo(self) -> (bool, u16) {
+        (self.0 >> 16 & 1 != 0, self.0 as u16)
+    }
+}
+
 /// A PDO that comes with SYNC.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Cyclic {
+    name: CyclicName,
     last: FrameRef,
     /// Frames of this cycle, the first two of them, and those of the cycle before.
     frames: u32,
@@ -57,8 +77,8 @@ struct Untaken {
 /// The PDOs of a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::problems) struct Pdos {
-    /// By node, true for a TPDO, and number.
-    cyclic: BTreeMap<(u8, bool, u16), Cyclic>,
+    /// In order of their names: a search in a row is quicker than one in a tree, and each SYNC passes all.
+    cyclic: Vec<Cyclic>,
     untaken: BTreeMap<u32, Untaken>,
 }
 
@@ -72,23 +92,14 @@ impl Pdos {
         if scene.heard.sync_period_ns.is_none() {
             return;
         }
-        let key = (data.node, data.transmit, data.number);
-        if self.cyclic.len() >= KEPT && !self.cyclic.contains_key(&key) {
-            return;
-        }
-        let one = self.cyclic.entry(key).or_insert_with(|| Cyclic {
-            last: at,
-            frames: 0,
-            now: Default::default(),
-            before: Default::default(),
-            with: 0,
-            same: 0,
-            without: 0,
-            twice: 0,
-            expected: false,
-            stopped: None,
-            shared: None,
+        let name = CyclicName::new(data.node, data.transmit, data.number);
+        let place = self.cyclic.binary_search_by_key(&name, |one| one.name).unwrap_or_else(|place| {
+            if self.cyclic.len() < KEPT {
+                self.cyclic.insert(place, Cyclic { name, ..Cyclic::default() });
+            }
+            place
         });
+        let Some(one) = self.cyclic.get_mut(place).filter(|one| one.name == name) else { return };
         if let Some(slot) = one.now.get_mut(one.frames as usize) {
             *slot = frame.head();
         }
@@ -102,9 +113,7 @@ impl Pdos {
     /// Processes a frame to an RPDO, which may be disabled while its node is Operational.
     fn disabled(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
         let (id, at) = (frame.id.raw(), frame.reference());
-        let pdo = scene.bus.node(data.node).and_then(|known| known.pdo(false, data.number));
-        let off = pdo.is_some_and(|pdo| pdo.cob.1.is_told() && !pdo.cob.1.is_doubted() && !pdo.cob.0.valid);
-        if !off || scene.bus.state(data.node) != Some(OPERATIONAL) {
+        if !data.is_off || data.state != Some(OPERATIONAL) {
             return self.taken(frame.id, at, scene);
         }
         self.count(id, (data.node, data.number), None, frame, scene);
@@ -142,8 +151,9 @@ impl Pdos {
 
     /// Processes a SYNC, with which a cycle ends.
     pub(in crate::problems) fn sync(&mut self, scene: &mut Scene<'_>) {
-        for ((node, transmit, number), one) in &mut self.cyclic {
-            let subject = Subject { pdo: Some((*transmit, *number)), ..Subject::node(*node) };
+        for one in &mut self.cyclic {
+            let (node, (transmit, number)) = (one.name.node(), one.name.pdo());
+            let subject = Subject { pdo: Some((transmit, number)), ..Subject::node(node) };
             let [first, second] = one.now;
             let two = one.frames == 2 && first != second;
             one.twice = if two && one.now == one.before { one.twice.saturating_add(1) } else { 0 };
@@ -156,17 +166,17 @@ impl Pdos {
                 (one.with, one.same, one.without) = (0, 0, one.without.saturating_add(1));
             }
             one.frames = 0;
-            if one.expected && one.twice >= TWICE && one.shared.is_none() && !*transmit {
+            if one.expected && one.twice >= TWICE && one.shared.is_none() && !transmit {
                 one.shared = scene.ledger.open(ProblemKind::SharedCobId, scene.id, subject, one.last, one.last);
                 if let Some(problem) = one.shared.and_then(|place| scene.ledger.get_mut(place)) {
                     problem.fact("alternates", Quantity::Count(2));
                 }
             }
-            let runs = scene.bus.state(*node) == Some(OPERATIONAL);
+            let runs = scene.bus.state(node) == Some(OPERATIONAL);
             if one.expected && one.without == CYCLES && one.stopped.is_none() && runs {
-                let kind = if *transmit { ProblemKind::PdoMissing } else { ProblemKind::RpdoStopped };
-                let here = scene.heard.last(*node).is_some_and(|last| last.no > one.last.no);
-                if !*transmit || here && is_unknown(*node, *number, scene) {
+                let kind = if transmit { ProblemKind::PdoMissing } else { ProblemKind::RpdoStopped };
+                let here = scene.heard.last(node).is_some_and(|last| last.no > one.last.no);
+                if !transmit || here && is_unknown(node, number, scene) {
                     one.stopped = scene.ledger.open(kind, scene.id, subject, one.last, scene.at);
                 }
             }
@@ -178,13 +188,13 @@ impl Pdos {
         let written = transfer.direction == Direction::Download && transfer.outcome.status == Status::Ok;
         let pdo = transfer.mux.filter(|_| written).and_then(|mux| pdo_parameter(mux.index));
         if let Some((_, true, number)) = pdo {
-            self.cyclic.retain(|key, one| *key != (transfer.node, true, number) || one.stopped.is_some());
+            self.cyclic.retain(|one| one.name != CyclicName::new(transfer.node, true, number) || one.stopped.is_some());
         }
     }
 
     /// Processes the boot-up of a node, or a command that stops it: no RPDO is expected.
     pub(in crate::problems) fn stopped(&mut self, node: u8) {
-        self.cyclic.retain(|(of, ..), one| (node != 0 && *of != node) || one.stopped.is_some());
+        self.cyclic.retain(|one| (node != 0 && one.name.node() != node) || one.stopped.is_some());
     }
 
     /// Processes a frame that an RPDO takes again.

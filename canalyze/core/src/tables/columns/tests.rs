@@ -140,7 +140,7 @@ impl Capture {
 
     fn pdo(&mut self, number: u16, mapping: &Arc<Mapping>, sync: Option<Placement>) {
         let content = Signals::Mapped(Arc::clone(mapping), Provenance::Eds);
-        let data = ProcessData { transmit: true, number, node: 5, content, state: None, sync };
+        let data = ProcessData { transmit: true, number, node: 5, content, state: None, sync, is_off: false };
         self.frame(&[1, 2, 3, 4, 5, 6, 7, 8], What::Pdo(data));
     }
 

@@ -18,12 +18,15 @@ use crate::wire::pdo;
 use crate::world::configuration;
 use crate::world::context::Context;
 use crate::world::event::{ProcessData, Signals, What};
+use crate::world::node::Pdo;
 
 impl Bus {
     /// Takes a PDO whose identifier comes only from an unanswered write: it is decoded and not checked.
     pub(super) fn unconfirmed(&mut self, name: PdoName, content: Signals, frame: &Frame, cx: &mut Context<'_>) {
         let PdoName { transmit, number, node } = name;
-        let data = ProcessData { transmit, number, node, content, state: self.checks.nodes.state(node), sync: None };
+        let is_off = self.nodes.get(node).and_then(|known| known.pdo(transmit, number)).is_some_and(Pdo::is_off);
+        let state = self.checks.nodes.state(node);
+        let data = ProcessData { transmit, number, node, content, state, sync: None, is_off };
         let own = cx.events.len();
         cx.push(None, Some(node), What::Pdo(data));
         if cx.sighting == Sighting::Duplicate {

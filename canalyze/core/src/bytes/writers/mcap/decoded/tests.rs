@@ -11,7 +11,7 @@ use crate::world::event::{ProcessData, Signals};
 
 fn pdo(mapping: &Arc<Mapping>, frame: &Frame) -> Event {
     let content = Signals::Mapped(Arc::clone(mapping), Provenance::Eds);
-    let data = ProcessData { transmit: true, number: 1, node: 5, content, state: None, sync: None };
+    let data = ProcessData { transmit: true, number: 1, node: 5, content, state: None, sync: None, is_off: false };
     let at = frame.reference();
     Event { at, about: None, bus: frame.bus, node: Some(5), transfer: None, what: What::Pdo(data) }
 }
