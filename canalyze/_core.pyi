@@ -517,6 +517,15 @@ class Rule:
 def rules(lang: str = "zh") -> list[Rule]:
     """Every rule, in order of its code, in words of that language."""
 
+def diagnosis_words(lang: str) -> list[tuple[str, str]]:
+    """The words of a diagnosis, by the values of machine output: `status.open`."""
+
+def verdict(lang: str, nature: str, counts: Sequence[int]) -> tuple[str, str]:
+    """The verdict about some roots: the status of the worst, and its words.
+
+    nature: of the capture; counts: how many are open, of unknown status, ended, harmless.
+    """
+
 def explain(line: str, lang: str = "zh", network: Network | None = None) -> str | None:
     """One frame (candump log or console form, or cansend's ID#DATA) field by field; or what a code is.
 

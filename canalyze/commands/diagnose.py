@@ -41,7 +41,6 @@ from canalyze.values import nanoseconds
 from canalyze.words import LANGUAGES, Words
 
 if TYPE_CHECKING:
-    from canalyze._core import Session
     from canalyze.reports.diagnosis_lanes import Beside
     from canalyze.reports.diagnosis_text import Chosen
 
@@ -111,7 +110,7 @@ def command(words: Words) -> click.Command:
                 if form == "jsonl":
                     _write_lines(shown, out)
                 elif whole is not None:
-                    every, some = (diagnosis_text.of_buses(those, whole) for those in (incidents, shown))
+                    every, some = (diagnosis_text.of_buses(those) for those in (incidents, shown))
                     if number is None:
                         named = tuple(name for name in names if name != STDIN)
                         diagnosis_text.show(some, whole, out, words, named, everything=everything, chosen=chosen)
@@ -193,7 +192,7 @@ def _diagnosed(reading: "_Reading", out: Output) -> tuple[int, list[dict[str, An
     session = open_session(words, given, format="diagnosis", stamps=stamps)
     results: list[bytes] = []
     code = Run(session, words, Progress(words, out, total_size(names)), results.append, given).over(names)
-    records = _records(results, session)
+    records = _records(results)
     whole = next((one for one in records if one["kind"] == "diagnosis"), None)
     incidents = [one for one in records if one["kind"] == "problem"]
     return code, incidents, None if code and not session.frames else whole
@@ -255,12 +254,9 @@ def _there(chosen: "Chosen", incidents: list[dict[str, Any]], whole: dict[str, A
         raise SourceError(key, node=chosen.node, bus=chosen.bus, nodes=wording.ranges(nodes, ", "))
 
 
-def _records(results: list[bytes], session: "Session") -> list[dict[str, Any]]:
-    """Give the incidents, and at their end all of it, with what the capture has shown of its buses as `nature`."""
-    records: list[dict[str, Any]] = [json.loads(line) for line in b"".join(results).splitlines()]
-    for one in records[-1:]:
-        one["nature"] = session.nature
-    return records
+def _records(results: list[bytes]) -> list[dict[str, Any]]:
+    """Return the problems, and at their end the record of the whole capture."""
+    return [json.loads(line) for line in b"".join(results).splitlines()]
 
 
 def _write_lines(incidents: list[dict[str, Any]], out: Output, names: tuple[str, ...] = ()) -> None:
@@ -362,7 +358,7 @@ def _again(
     progress = Progress(reading.words, Output(), None)
     Run(session, spoken, progress, take, reading.given, tell=lambda _: None).over(reading.names)
     gatherer.take(session.batches(flush=True))
-    return _records(results, session), gatherer.beside()
+    return _records(results), gatherer.beside()
 
 
 def _lines(

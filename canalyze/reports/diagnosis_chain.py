@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
 from canalyze.reports.diagnosis_axis import LEFT, RIGHT, WIDTH, Axis, Record, Texts, extent, grid, head, text, title
-from canalyze.reports.diagnosis_text import delay, root
+from canalyze.reports.diagnosis_text import root
 from canalyze.values import nanoseconds
 from canalyze.words import Words
 
@@ -155,7 +155,7 @@ def _arrows(
             key=lambda both: abs(both[0].y - both[1].y),
         )
         (x1, y1), (x2, y2) = place[:2], goal[:2]
-        said = delay(one, incidents)
+        said = one["texts"]["delay"]
         if place.key == goal.key or goal.level:  # between the spans of one row there is no room for an arrow
             said, room = f"← {cause['id']} {said}".rstrip(), 9 + _DIGIT * len(str(one["id"]))
             if x2 + room + extent(said) < min(WIDTH - RIGHT, ends[one["id"]]):

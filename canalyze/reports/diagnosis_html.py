@@ -17,7 +17,7 @@ from canalyze.output import printable
 from canalyze.reports.diagnosis_axis import axis_of
 from canalyze.reports.diagnosis_chain import chain
 from canalyze.reports.diagnosis_lanes import KINDS, PLOTS, Beside, Lane, lanes, plots, tree_of
-from canalyze.reports.diagnosis_text import apart, because, checks_of, extent, tree, verdict, worst
+from canalyze.reports.diagnosis_text import tree, verdict
 from canalyze.values import nanoseconds
 from canalyze.words import Words
 
@@ -104,8 +104,8 @@ def page(told: Mapping[str, Told], name: str, lang: str) -> bytes:
             style_hash=_hash(style),
             script_hash=_hash(script),
             verdict=_verdict(told, words),
-            apart=_both(told, lambda lang: " ".join(apart(told[lang].whole, words[lang]))),
-            extent={one: extent(each.whole, words[one]) for one, each in told.items()},
+            apart={one: each.whole["loose_text"] for one, each in told.items()},
+            extent={one: each.whole["extent"] for one, each in told.items()},
             chain=Markup(chain({one: each.incidents for one, each in told.items()}, first.whole, axis, words)),
             lanes=Markup(lanes(of_lanes, first.incidents, first.whole, axis, words)),
             groups=list(_groups(told, words, level, Markup)),
@@ -131,8 +131,7 @@ def _both(told: Mapping[str, Told], give: Any) -> Pair:
 
 def _verdict(told: Mapping[str, Told], words: Mapping[str, Words]) -> dict[str, Any]:
     said = {lang: verdict(_roots(one), one.whole, words[lang]) for lang, one in told.items()}
-    first = next(iter(told.values()))
-    return {"said": said, "mark": worst(_roots(first), first.whole)}
+    return {"said": {lang: text for lang, (_, text) in said.items()}, "mark": next(iter(said.values()))[0]}
 
 
 def _roots(told: Told) -> list[Record]:
@@ -209,10 +208,10 @@ def _part(
         "status": one["status"],
         "title": _message(number, by_id),
         "standing": {lang: words[lang].of("problem_status", one["status"]) for lang in by_id},
-        "because": {lang: because(one, each, words[lang]) for lang, each in by_id.items()} if caused else None,
+        "because": {lang: each[number]["texts"]["because"] for lang, each in by_id.items()} if caused else None,
         "checks": [
-            {lang: checks_of(incidents[number])[place] for lang, incidents in by_id.items()}
-            for place in range(len(checks_of(one)) if steps else 0)
+            {lang: incidents[number]["checks_left"][place] for lang, incidents in by_id.items()}
+            for place in range(len(one["checks_left"]) if steps else 0)
         ],
         "apart": [
             {

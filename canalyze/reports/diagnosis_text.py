@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from canalyze.output import Output, dyed, printable
 from canalyze.output.layout import pad, width, wrap
 from canalyze.reports import wording
-from canalyze.values import milliseconds, nanoseconds
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -24,23 +23,15 @@ _EFFECTS: Final = 4
 """Consequences that are shown of one story."""
 _NODES: Final = 12
 """Nodes that are named."""
-_SHORT_S: Final = 2.0
-"""A capture shorter than this, in s, shows no heartbeat that stays away."""
 _COLUMN: Final = 100
 """Where the numbers of frames stand."""
 _NARROW: Final = 20
 """Columns that a text has, however narrow the terminal is."""
-_LOOSE: Final = 3
-"""Rules that are named whose findings belong to no problem."""
 _FRAMES: Final = 8
 """Frames that are named of one rule."""
-_APART: Final = frozenset({"no-sign", "berr-reporting", "cable-only", "wiring"})
-"""Checks that say what tells causes apart."""
 _STATES: Final = ("open", "unknown", "ended", "harmless")
 _COLOURS: Final = {"open": "error", "unknown": "warning", "ended": "clean", "harmless": "quiet", "unjudged": "warning"}
 """Of what stands so."""
-_MARKS: Final = {"open": "✖", "unknown": "?", "ended": "✔", "unjudged": "-"}
-"""Before the verdict."""
 
 Record = Mapping[str, Any]
 
@@ -67,14 +58,15 @@ def show(
     by_id = {one["id"]: one for one in incidents}
     roots = [by_id[number] for number in whole["order"] if number in by_id]
     told = roots if everything else [one for one in roots if one["status"] != "harmless"]
-    lines = [f"{verdict(roots, whole, words)}{_only(chosen, words)}   {extent(whole, words)}"]
-    loose = apart(whole, words) if chosen == Chosen(None, None, None) else []
+    worst, said = verdict(roots, whole, words)
+    lines = [f"{said}{_only(chosen, words)}   {whole['extent']}"]
+    loose = [whole["loose_text"]] if whole["loose_text"] and chosen == Chosen(None, None, None) else []
     if not told:
-        lines += [*_healthy(whole, words), *loose, *_nodes(whole, by_id, words, chosen)]
+        lines += [whole["notice"]] if whole["notice"] else [line for line in (whole["looked"], whole["well"]) if line]
+        lines += [*loose, *_nodes(whole, by_id, words, chosen)]
         hidden = len(roots)
     else:
-        if (notice := _notice(whole, words)) is not None:
-            lines.append(notice)
+        lines += [whole["notice"]] if whole["notice"] else []
         alike = _alike(told) if not everything else {}
         stories, hidden = _stories(
             [one for one in told if one["id"] not in alike],
@@ -87,7 +79,7 @@ def show(
         lines += _nodes(whole, by_id, words, chosen)
     lines.append(_more(told, names, hidden, words))
     headings = {words.of("problem_heading", status): colour for status, colour in _COLOURS.items()}
-    headings[lines[0]] = _COLOURS[worst(roots, whole)]
+    headings[lines[0]] = _COLOURS[worst]
     room = shutil.get_terminal_size().columns if out.is_terminal else None
     for line in lines:
         for piece in [line] if room is None else _fitted(line, room):
@@ -108,14 +100,16 @@ class Diagnosed(NamedTuple):
         return [by_id[number] for number in self.whole["order"] if number in by_id]
 
 
-def of_buses(incidents: list[dict[str, Any]], whole: Record) -> list[dict[str, Any]]:
+def of_buses(incidents: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return the incidents, each with its bus before its sentence if there are several."""
-    if len(whole["buses"]) < 2:
-        return incidents
-    return [
-        {**one, "message": f"{bus} {one['message']}" if (bus := one["subject"]["bus"]) else one["message"]}
-        for one in incidents
-    ]
+    return [{**one, "message": one["texts"]["title"]} for one in incidents]
+
+
+def verdict(roots: Sequence[Record], whole: Record, words: Words) -> tuple[str, str]:
+    """Return the status of the worst of these problems, and the words of the verdict about them."""
+    from canalyze._core import verdict
+
+    return verdict(words.lang, whole["nature"], [sum(one["status"] == status for one in roots) for status in _STATES])
 
 
 def show_each(
@@ -123,26 +117,27 @@ def show_each(
 ) -> None:
     """Write a line for each recording, the worst first. unread: how many could not be read; totals: no such lines."""
     states = (*_STATES[:2], "unjudged", "ended")
+    found = [(*verdict(row.roots, row.whole, words), row) for row in rows]
 
-    def rank(row: Diagnosed) -> tuple[int, int, int]:
+    def rank(one: tuple[str, str, Diagnosed]) -> tuple[int, int, int]:
+        worst, _, row = one
         open_ones = sum(one["status"] == "open" for one in row.roots)
         told = sum(one["status"] != "harmless" for one in row.roots)
-        return states.index(worst(row.roots, row.whole)), -open_ones, -told
+        return states.index(worst), -open_ones, -told
 
-    ordered = sorted(rows, key=rank)
     cells = []
-    for row in [] if totals else ordered:
+    for worst, said, row in [] if totals else sorted(found, key=rank):
         first, *further = (printable(name) for name in row.names)
         name = f"{first} ... {further[-1]} ({len(row.names)})" if further else first
         headline = next((printable(one["message"]) for one in row.roots if one["status"] != "harmless"), "")
-        cells.append((verdict(row.roots, row.whole, words), name, headline))
-    said, named = (max((width(cell[place]) for cell in cells), default=0) for place in (0, 1))
+        cells.append((worst, said, name, headline))
+    wide, named = (max((width(cell[place]) for cell in cells), default=0) for place in (1, 2))
     room = shutil.get_terminal_size().columns if out.is_terminal else None
-    for row, (state, name, headline) in zip(ordered, cells, strict=False):
-        line = f"{pad(state, said)}  {pad(name, named)}  {headline}".rstrip()
+    for worst, said, name, headline in cells:
+        line = f"{pad(said, wide)}  {pad(name, named)}  {headline}".rstrip()
         for piece in [line] if room is None else _fitted(line, room):
-            out.text(dyed(piece, _COLOURS[worst(row.roots, row.whole)], out=out) + "\n")
-    counts = {state: sum(worst(row.roots, row.whole) == state for row in rows) for state in states}
+            out.text(dyed(piece, _COLOURS[worst], out=out) + "\n")
+    counts = {state: sum(worst == state for worst, *_ in found) for state in states}
     parts = [words(f"diagnose_each.{state}", count=count) for state, count in counts.items() if count]
     parts += [words("diagnose_each.unread", count=unread)] if unread else []
     only = _only(chosen, words)
@@ -153,7 +148,7 @@ def show_each(
 def further_of_each(rows: Sequence[Diagnosed], out: Output, words: Words) -> None:
     """Write what to type next."""
     if rows:
-        first = next((row for row in rows if worst(row.roots, row.whole) == "open"), rows[0])
+        first = next((row for row in rows if verdict(row.roots, row.whole, words)[0] == "open"), rows[0])
         files = " ".join(map(wording.capture_name, first.names))
         out.text(words("diagnose.more", said=f"canalyze {files} · --join") + "\n")
 
@@ -174,7 +169,7 @@ def tell(
     story_lines: list[str] = []
     for depth, one in tree(by_id[story], by_id):
         indent = "   " * depth
-        told = [*_head(one, depth, by_id, words), *_steps(one, whole, lines, shown, words)]
+        told = [*_head(one, depth, words), *_steps(one, whole, lines, shown, words)]
         told += _advice(one, words)
         told += _findings(one, rules, words)
         story_lines += [indent + line for line in told]
@@ -186,7 +181,7 @@ def tell(
         out.text((dyed(line.rstrip(), "own", out=out) if own else line.rstrip()) + "\n")
 
 
-def _head(one: Record, depth: int, by_id: Mapping[int, Record], words: Words) -> list[str]:
+def _head(one: Record, depth: int, words: Words) -> list[str]:
     """Give what it is, how it stands, and why."""
     standing = words.of("problem_status", one["status"])
     impact = words.of("problem_impact", one["impact"])
@@ -195,23 +190,11 @@ def _head(one: Record, depth: int, by_id: Mapping[int, Record], words: Words) ->
         f"{'→ ' if depth else ''}{one['id']}  {printable(one['message'])}  [{standing}]",
         "   " + words("diagnose.meaning", impact=impact, grade=grade),
     ]
-    if one["repeats"]["count"] > 1:
-        longest = milliseconds(one["repeats"].get("longest_ns", 0))
-        count = one["repeats"]["count"]
-        lasts = one["repeats"].get("longest_ns", 0) > 0
-        lines.append(
-            "   "
-            + (
-                words("diagnose.repeats", count=count, longest=longest)
-                if lasts
-                else words("diagnose.times", count=count)
-            )
-        )
-    if one["cause"] is not None:
-        lines.append(f"   {because(one, by_id, words)}")
-        said = delay(one, list(by_id.values()))
-        why = words.of("problem_link", one["cause"]["link"])
-        lines.append("   " + words("diagnose.why", said=f"{why}{words('diagnose.between')}{said}" if said else why))
+    texts = one["texts"]
+    lines += [f"   {texts['repeats']}"] if texts["repeats"] else []
+    if texts["because"]:
+        why = words("diagnose.between").join(filter(None, (texts["why"], texts["delay"])))
+        lines += [f"   {texts['because']}", "   " + words("diagnose.why", said=why)]
     return lines
 
 
@@ -240,17 +223,10 @@ def _advice(one: Record, words: Words) -> list[str]:
     if one["apart"]:
         lines.append("   " + words("diagnose.apart"))
         lines += [f"     {'+' if tell['told'] else '?'} {printable(tell['text'])}" for tell in one["apart"]]
-    checks = checks_of(one)
-    if checks:
+    if one["checks_left"]:
         lines.append("   " + words("diagnose.html_check") + words("diagnose.colon"))
-        lines += [f"     {place}. {printable(text)}" for place, text in enumerate(checks, 1)]
+        lines += [f"     {place}. {printable(text)}" for place, text in enumerate(one["checks_left"], 1)]
     return lines
-
-
-def checks_of(one: Record) -> list[str]:
-    """Give what to look at first, without what the lines that tell causes apart say."""
-    pairs = zip(one["checks"], one["checks_text"], strict=True)
-    return [text for name, text in pairs if not (one["apart"] and name in _APART)]
 
 
 def _findings(one: Record, rules: Mapping[str, str], words: Words) -> list[str]:
@@ -307,27 +283,6 @@ def root(one: Record, by_id: Mapping[int, Record]) -> Record:
     return one
 
 
-def worst(roots: Sequence[Record], whole: Record) -> str:
-    """Give how the worst problem stands: `over` also where there is none, `unjudged` where that says nothing."""
-    states = {one["status"] for one in roots}
-    quiet = "ended" if whole["nature"] == "canopen" else "unjudged"
-    return next((state for state in _STATES[:2] if state in states), quiet)
-
-
-def verdict(roots: Sequence[Record], whole: Record, words: Words) -> str:
-    """Give how many problems there are, by how they stand."""
-    counts = {status: sum(one["status"] == status for one in roots) for status in _STATES}
-    parts = [_count(status, counts[status], words) for status in _STATES if counts[status]]
-    state = worst(roots, whole)
-    if state == "unjudged":
-        parts.insert(0, words("diagnose.unjudged"))
-    elif not any(counts[status] for status in _STATES[:3]):
-        parts.insert(0, words("diagnose.none"))
-    elif not counts["open"]:
-        parts.insert(0, words("diagnose.none_open"))
-    return f"{_MARKS[state]} {words('check.then').join(parts)}"
-
-
 def _only(chosen: Chosen, words: Words) -> str:
     """Say of which part the verdict is, if it is not of all."""
     node, bus, since = chosen
@@ -337,60 +292,6 @@ def _only(chosen: Chosen, words: Words) -> str:
     if since is not None:
         parts.append(words("diagnose.only_since", seconds=f"{since:g}"))
     return words("diagnose.only", said=words("reports.list").join(parts)) if parts else ""
-
-
-def _count(status: str, count: int, words: Words) -> str:
-    return words(f"problem_count.{status}", count=count)
-
-
-def extent(whole: Record, words: Words) -> str:
-    """Give of what the capture is: buses, time, frames, nodes."""
-    parts = [", ".join(printable(bus) for bus in whole["buses"] if bus)]
-    if (seconds := _span(whole)) is not None:
-        parts.append(words("diagnose.seconds", seconds=f"{seconds:.1f}"))
-    parts.append(words("diagnose.frames", count=whole["frames"]))
-    parts.append(words("diagnose.nodes", count=len(whole["nodes"])))
-    return " · ".join(part for part in parts if part)
-
-
-def _span(whole: Record) -> float | None:
-    begin, end = whole["begin"], whole["end"]
-    return None if begin is None or end is None else float(end) - float(begin)
-
-
-def _notice(whole: Record, words: Words) -> str | None:
-    """Say what could not be judged, if something could not."""
-    span = _span(whole)
-    if whole["nature"] != "canopen":
-        return words.of("diagnose_nature", whole["nature"])
-    if span is None:
-        return words("diagnose.no_stamps")
-    if span < _SHORT_S:
-        return words("diagnose.short_capture", seconds=f"{span:.1f}")
-    return None
-
-
-def _healthy(whole: Record, words: Words) -> list[str]:
-    if (notice := _notice(whole, words)) is not None:
-        return [notice]
-    key = "diagnose.looked" if whole["error_frames"] else "diagnose.looked_without"
-    well = [words("diagnose.well_heartbeats", count=whole["heartbeats"])] if whole["heartbeats"] else []
-    if whole["responses"]:
-        milliseconds = whole["slowest_ns"] / 1e6
-        slowest = f"{milliseconds:.3g}" if milliseconds < 1000 else f"{milliseconds:.0f}"
-        well.append(words("diagnose.well_responses", count=whole["responses"], slowest=slowest))
-    return [words(key), *(["; ".join(well)] if well else [])]
-
-
-def apart(whole: Record, words: Words) -> list[str]:
-    """Return a line with the findings above info that belong to no problem; a tick is no passed check."""
-    found = sorted(whole["loose"], key=lambda one: -one["count"])
-    if not found:
-        return []
-    rules = {rule.code: rule.message for rule in _rules(words.lang)}
-    said = [f"{one['code']} {rules[one['code']]}" + (f" ({one['count']})" if one["count"] > 1 else "") for one in found]
-    more = " …" if len(said) > _LOOSE else ""
-    return [words("diagnose.loose", said=words("diagnose.between").join(said[:_LOOSE]) + more)]
 
 
 def _stories(
@@ -439,7 +340,7 @@ def _story(one: Record, by_id: Mapping[int, Record], words: Words, effects: int,
         lines.append(
             _placed(
                 f"     {'  ' * (depth - 1)}→ {effect['id']}  {printable(effect['message'])}"
-                f"{_delay(effect, by_id, words)}  {grade}",
+                f"{effect['texts']['after']}  {grade}",
                 effect,
             )
         )
@@ -455,24 +356,6 @@ def _story(one: Record, by_id: Mapping[int, Record], words: Words, effects: int,
         said = words("diagnose.between").join(one["checks_text"][:3])
         lines.append(f"     {words('diagnose.check_first', said=said)}")
     return lines
-
-
-def because(one: Record, by_id: Mapping[int, Record], words: Words) -> str:
-    """Say what has caused an incident that is no root, and how certain that is."""
-    cause = by_id[one["cause"]["id"]]
-    grade = words.of("problem_grade", one["cause"]["grade"])
-    return words("diagnose.because", number=cause["id"], title=printable(cause["message"]), grade=grade)
-
-
-def _delay(one: Record, by_id: Mapping[int, Record], words: Words) -> str:
-    cause = by_id[one["cause"]["id"]]
-    begin, then = cause["begin"]["t"], one["begin"]["t"]
-    if begin is None or then is None or float(then) < float(begin):
-        return ""
-    seconds = float(then) - float(begin)
-    if seconds >= 1:
-        return words("diagnose.after_seconds", seconds=f"{seconds:.3g}")
-    return words("diagnose.after", ms=f"{seconds * 1000:.0f}")
 
 
 def _fitted(line: str, columns: int) -> list[str]:
@@ -518,7 +401,6 @@ def _seconds(t: str | None, whole: Record, words: Words) -> str:
 def _nodes(whole: Record, by_id: Mapping[int, Record], words: Words, chosen: Chosen) -> list[str]:
     if whole["nature"] != "canopen":  # nothing shows that these are nodes
         return []
-    parts = []
     # What is not asked for is not said to be well.
     nodes = [
         node
@@ -527,19 +409,7 @@ def _nodes(whole: Record, by_id: Mapping[int, Record], words: Words, chosen: Cho
         and chosen.bus in (None, node["bus"])
         and (node["problem"] is None or node["problem"] in by_id)
     ]
-    for node in nodes[:_NODES]:
-        number = f"{printable(node['bus'])}:{node['node']}" if len(whole["buses"]) > 1 else str(node["node"])
-        states = [node["state_text"] or f"{node['state']}h"] if node["state"] is not None else []
-        states += [*node["drives"], *([f"EMCY {node['error']}h"] if node["error"] else [])]
-        state = ", ".join(states)
-        if node["problem"] in by_id and state:
-            parts.append(words("diagnose.node_state_in", node=number, state=state, number=node["problem"]))
-        elif node["problem"] in by_id:
-            parts.append(words("diagnose.node_in", node=number, number=node["problem"]))
-        elif state:
-            parts.append(words("diagnose.node_state", node=number, state=state))
-        else:
-            parts.append(words("diagnose.node_heard", node=number))
+    parts = [node["text"] for node in nodes[:_NODES]]
     if len(nodes) > _NODES:
         parts.append(words("diagnose.node_more", count=len(nodes) - _NODES))
     return [words("diagnose.heading_nodes") + " · ".join(parts)] if parts else []
@@ -564,17 +434,3 @@ def _more(told: Sequence[Record], names: Sequence[str], hidden: int, words: Word
 
 def _around(frame: int) -> str:
     return f"{max(frame - 5, 1)}-{frame + 5}"
-
-
-def delay(one: Record, incidents: Sequence[Record]) -> str:
-    """Give how long after its cause an incident came, and by which limit: `+707 ms (1016h 700 ms)`."""
-    cause = next((other for other in incidents if other["id"] == one["cause"]["id"]), None)
-    if cause is None:
-        return ""
-    begin, then = nanoseconds(cause["begin"]["t"]), nanoseconds(one["begin"]["t"])
-    if begin is None or then is None or begin == then:
-        return ""
-    said = f"{milliseconds(then - begin, signed=True)}"
-    if limit := one["limit"]:
-        said += f" ({limit['object']}h {milliseconds(limit['ns'])})"
-    return said

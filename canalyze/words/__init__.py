@@ -1,7 +1,7 @@
 """Python's own words: help, errors, headings; data in the text files beside this one, read a topic at a time.
 
 A row is a key and its text in both languages, in the file named as the key's first word: `usage.node` in `usage.txt`,
-`problem_link.L1` in `problem.txt`.
+`opt_help.lang` in `opt.txt`.
 
     # A comment.
 
@@ -58,6 +58,8 @@ def _topic(key: str) -> str:
 @cache
 def sentences(topic: str, lang: str) -> dict[str, str]:
     """Read the file of one topic: its sentences in one language, by their keys."""
+    if topic == "problem":
+        return _of_the_core(lang)
     found: dict[str, str] = {}
     key = ""
     with open(f"{FOLDER}{topic}.txt", encoding="utf-8") as file:
@@ -71,3 +73,10 @@ def sentences(topic: str, lang: str) -> dict[str, str]:
             text = text[1:-1] if text[:1] == text[-1:] == '"' else text
             found[key] = f"{found[key]}\n{text}" if key in found else text
     return found
+
+
+def _of_the_core(lang: str) -> dict[str, str]:
+    """Return the words of a diagnosis, which the core has for all that show one."""
+    from canalyze._core import diagnosis_words
+
+    return {f"problem_{key}": text for key, text in diagnosis_words(lang)}

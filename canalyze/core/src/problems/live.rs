@@ -6,6 +6,7 @@ use super::causes::WINDOW_NS;
 use super::problem::{Grade, Problem, ProblemId};
 use super::rank::is_root;
 use super::{CLOSED, Diagnosis, Phase};
+use crate::evidence::services::Nature;
 use crate::world::bus::Bus;
 
 impl Diagnosis {
@@ -60,9 +61,9 @@ impl Diagnosis {
     }
 
     /// Returns the diagnosis as if the capture ended now. Numbers assigned in it are kept.
-    pub fn by_now(&mut self, state: &[Bus]) -> Self {
+    pub fn by_now(&mut self, state: &[Bus], nature: Nature) -> Self {
         let mut copy = self.clone();
-        copy.finish(state);
+        copy.finish(state, nature);
         self.ledger.take_numbers(&copy.ledger);
         copy
     }

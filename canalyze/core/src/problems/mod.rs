@@ -38,6 +38,7 @@ use self::on_bus::OfBus;
 use self::problem::{ProblemId, Status};
 use self::status::is_over;
 use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::evidence::services::Nature;
 use crate::rules::finding::Finding;
 use crate::world::bus::Bus;
 use crate::world::drive::DriveState;
@@ -71,6 +72,8 @@ pub struct Diagnosis {
     linking: VecDeque<(LedgerPlace, Option<(ProblemId, bool)>)>,
     /// True after the end of the capture, when everything is final.
     over: bool,
+    /// What the capture has shown of its buses, at its end.
+    nature: Option<Nature>,
 }
 
 /// A change of a problem.
@@ -202,9 +205,9 @@ impl Diagnosis {
         }
     }
 
-    /// Concludes at the end of the capture.
-    pub fn finish(&mut self, state: &[Bus]) {
-        self.over = true;
+    /// Concludes at the end of the capture. `nature`: what it has shown of its buses.
+    pub fn finish(&mut self, state: &[Bus], nature: Nature) {
+        (self.over, self.nature) = (true, Some(nature));
         for (index, (of_bus, bus)) in self.buses.iter_mut().zip(state).enumerate() {
             of_bus.finish(BusId(index as u8), self.last, bus, &mut self.ledger);
         }
@@ -213,6 +216,11 @@ impl Diagnosis {
         status::of_chains(&mut self.ledger);
         let order = rank::stories(&self.ledger);
         self.ledger.give_numbers(order.into_iter().map(|(id, _)| id));
+    }
+
+    /// Returns what the capture has shown of its buses, at its end.
+    pub fn nature(&self) -> Nature {
+        self.nature.unwrap_or(Nature::Silent)
     }
 
     /// Returns all problems.

@@ -25,6 +25,7 @@ use crate::bytes::frame::{Buses, Frame};
 use crate::bytes::readers::candump;
 use crate::bytes::readers::{InputFormat as Input, Item, Reader, Settings, listing, sniff};
 use crate::bytes::writers::Format as Written;
+use crate::evidence::services::Nature;
 use crate::problems::kinds::KINDS;
 use crate::rules::{RULES, SEVERITIES};
 use crate::session::{Options, Output, Session as Core};
@@ -32,7 +33,7 @@ use crate::tables;
 use crate::tables::columns::Name;
 use crate::views::colour::{COLOURS, PLAIN};
 use crate::views::filter::SERVICES;
-use crate::words::{Depth, Lang, complaints};
+use crate::words::{Depth, Lang, complaints, diagnosis};
 use crate::world::network::Network as Known;
 
 fn choose<T: Copy>(name: &str, value: &str, choices: &[(&str, T)]) -> PyResult<T> {
@@ -78,6 +79,25 @@ fn rules(lang: &str) -> PyResult<Vec<Rule>> {
         cause: lang.of(rule.cause),
     };
     Ok(RULES.iter().map(row).collect())
+}
+
+/// The words of a diagnosis: `status.open`, in one language.
+#[pyfunction]
+fn diagnosis_words(lang: &str) -> PyResult<Vec<(&'static str, &'static str)>> {
+    let lang = language(lang)?;
+    Ok(diagnosis::WORDS.iter().map(|(name, zh, en)| (*name, lang.pick(zh, en))).collect())
+}
+
+/// The verdict about some of the roots: the status of the worst, and the words. `counts`: open, of unknown status, ended,
+/// harmless.
+#[pyfunction]
+fn verdict(lang: &str, nature: &str, counts: [usize; 4]) -> PyResult<(&'static str, String)> {
+    let all = [Nature::Silent, Nature::Foreign, Nature::Unproven, Nature::Canopen];
+    let nature = all.into_iter().find(|one| one.name() == nature);
+    let nature = nature.ok_or_else(|| PyValueError::new_err("nature"))?;
+    let mut out = Vec::new();
+    diagnosis::verdict(&mut out, language(lang)?, nature, counts);
+    Ok((diagnosis::worst(nature, counts), String::from_utf8_lossy(&out).into_owned()))
 }
 
 #[pyfunction]
@@ -172,6 +192,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Batch>()?;
     module.add_class::<Table>()?;
     module.add_function(wrap_pyfunction!(rules, module)?)?;
+    module.add_function(wrap_pyfunction!(diagnosis_words, module)?)?;
+    module.add_function(wrap_pyfunction!(verdict, module)?)?;
     module.add_function(wrap_pyfunction!(explain, module)?)?;
     module.add_function(wrap_pyfunction!(sniffed, module)?)?;
     module.add_function(wrap_pyfunction!(omission, module)?)?;

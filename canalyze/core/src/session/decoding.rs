@@ -149,17 +149,19 @@ impl Decoding {
     /// The same as it would be if the capture were over now; `None` where it is, or where nothing went wrong. What this
     /// shows keeps its number.
     pub(super) fn diagnosis_by_now(&mut self) -> Option<Diagnosis> {
+        let nature = self.nature();
         let diagnosis = self.diagnosis.as_deref_mut().filter(|one| !one.is_empty() && !one.is_over())?;
-        Some(diagnosis.by_now(&self.state))
+        Some(diagnosis.by_now(&self.state, nature))
     }
 
     /// The capture is over at its frame `last`: what went wrong in it, which is held against what is expected of that.
     /// Returns true if there is a diagnosis that was not over before.
     pub(super) fn finish_diagnosis(&mut self, last: FrameRef, buses: &Buses) -> bool {
+        let nature = self.nature();
         let Some(diagnosis) = self.diagnosis.as_deref_mut().filter(|diagnosis| !diagnosis.is_over()) else {
             return false;
         };
-        diagnosis.finish(&self.state);
+        diagnosis.finish(&self.state, nature);
         if let Some(verification) = self.verification.as_ref().filter(|_| last.no > 0) {
             verification.diagnosed(diagnosis, last, &mut self.events, buses);
         }

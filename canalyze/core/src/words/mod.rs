@@ -14,6 +14,7 @@
 //! Nothing is decided here: the words render the content of `message`, `event` and `finding`.
 
 pub mod complaints;
+pub mod diagnosis;
 pub mod diff;
 pub mod digits;
 pub mod escape;

@@ -7,6 +7,7 @@ use crate::problems::problem::{Problem, ProblemId, Status, members};
 use crate::problems::rank::{is_root, roots};
 use crate::problems::{Diagnosis, Phase, advice, apart};
 use crate::wire::error_control;
+use crate::words::diagnosis as said;
 use crate::words::digits::put;
 use crate::words::problems as words;
 use crate::words::terms::drive;
@@ -49,6 +50,15 @@ fn for_people<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis, one: &'a Probl
     let ledger = diagnosis.ledger();
     let link = one.cause.filter(|_| !is_root(one));
     obj! {
+        "texts": obj! {
+            "title": text(move |out| said::placed(out, lang, setting.buses, diagnosis, one)),
+            "because": text(move |out| if link.is_some() { said::because(out, lang, setting.buses, diagnosis, one) }),
+            "why": text(move |out| if link.is_some() { said::why(out, lang, one) }),
+            "delay": text(move |out| if link.is_some() { said::delay(out, diagnosis, one) }),
+            "after": text(move |out| if link.is_some() { said::after(out, lang, diagnosis, one) }),
+            "repeats": text(move |out| said::repeats(out, lang, one)),
+        },
+        "checks_left": array(said::checks(lang, diagnosis, one)),
         "checks_text": array(advice::of(one, diagnosis.shown()).into_iter().map(move |check| lang.of(check.words))),
         "apart": array(apart::of(one, ledger, diagnosis.shown()).into_iter().map(move |tell| obj! {
             "told": tell.told, "text": lang.of(tell.words),
@@ -134,6 +144,9 @@ fn whole<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis) -> impl WriteJson {
     let (ledger, lang) = (diagnosis.ledger(), setting.lang);
     let (beating, responses, slowest) = diagnosis.well();
     let order = roots(ledger);
+    let nature = diagnosis.nature();
+    let roots_by_status = said::counts(order.iter().filter_map(|id| ledger.by_id(*id)).map(|one| one.status));
+    let several = setting.buses.count() > 1;
     let counts = [Status::Open, Status::Unknown, Status::Ended, Status::Harmless].map(|status| {
         let all = order.iter().filter_map(|id| ledger.by_id(*id));
         (status.name(), all.filter(|one| one.status == status).count())
@@ -154,11 +167,27 @@ fn whole<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis) -> impl WriteJson {
             "state": view.state.map(hex2),
             "state_text": view.state.and_then(|state| error_control::state(setting.lang, state)),
             /// The states of its axes, in words.
-            "drives": array(view.drives.into_iter().map(move |state| drive::state(lang, state))),
+            "drives": array(view.drives.clone().into_iter().map(move |state| drive::state(lang, state))),
             /// The last error code that it has reported and not cleared.
             "error": view.error.map(hex4),
             "problem": view.problem.map(|id| ledger.number(id)),
+            "text": text(move |out| {
+                let bus = several.then(|| setting.buses.name(view.bus));
+                said::node(out, lang, &view, bus, view.problem.map(|id| ledger.number(id)));
+            }),
         })),
+        /// What the capture has shown of its buses.
+        "nature": nature.name(),
+        "verdict": obj! {
+            "status": said::worst(nature, roots_by_status),
+            "text": text(move |out| said::verdict(out, lang, nature, roots_by_status)),
+        },
+        "extent": text(move |out| said::extent(out, lang, setting.buses.names(), diagnosis)),
+        /// What could not be judged; empty if nothing.
+        "notice": text(move |out| said::notice(out, lang, nature, diagnosis)),
+        "looked": text(move |out| said::looked(out, lang, diagnosis)),
+        "well": text(move |out| said::well(out, lang, diagnosis)),
+        "loose_text": text(move |out| said::loose(out, lang, diagnosis)),
         /// The number of nodes with heartbeats or responses to guarding.
         "heartbeats": beating,
         /// The number of responses of default SDOs, and the longest time until one.
