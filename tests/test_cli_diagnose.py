@@ -18,7 +18,7 @@ from test_diagnosis import frames_of, lost
 from canalyze.output.layout import width
 from canalyze.reports.diagnosis_text import _fitted
 
-LINES = 25
+LINES = 30
 CHINESE = re.compile("[\u4e00-\u9fff]")
 
 
@@ -77,10 +77,53 @@ def test_a_healthy_capture_shows_its_nodes(canalyze: Runner, tmp_path: Path) -> 
     (tmp_path / "a.log").write_bytes(lost(40))
     for lang, state in (("zh", "操作状态"), ("en", "Operational")):
         lines = canalyze("a.log", "--lang", lang).out.splitlines()
-        assert len(lines) == 5
+        assert len(lines) == 7
         assert lines[2] == ("2个节点有心跳" if lang == "zh" else "2 nodes with heartbeats")
-        assert lines[3].endswith(f"5 {state} · 6 {state}")
-        assert "canalyze summary a.log" in lines[4]
+        assert lines[3] == ("节点" if lang == "zh" else "NODES")
+        role = "只有心跳" if lang == "zh" else "heartbeats only"
+        assert lines[4:6] == [f"  5  {role}  {state}", f"  6  {role}  {state}"]
+        assert "canalyze summary a.log" in lines[6]
+
+
+def test_each_node_has_a_row_with_what_is_known_of_it(canalyze: Runner, tmp_path: Path) -> None:
+    """Its kind by the device type or by what it maps, its state, its axes, its error, and its problem."""
+    read = "".join(
+        f"({at:.3f}) can0 {frame}\n"
+        for at, frame in [
+            (0.1, "602#4000100000000000"),
+            (0.101, "582#4300100091010200"),
+            (0.2, "60A#4000100000000000"),
+            (0.201, "58A#4300100092010200"),
+            (0.3, "60A#4041600000000000"),
+            (0.301, "58A#4B41600008020000"),
+            (0.4, "08A#1023810000000000"),
+            *((0.5 + step / 2, f"{node:03X}#05") for step in range(9) for node in (0x702, 0x70A, 0x70B)),
+        ]
+    )
+    (tmp_path / "a.log").write_text(read)
+    lines = canalyze("a.log", "--lang", "en").lines
+    begin = lines.index("NODES")
+    assert lines[begin + 1] == "   2  I/O              Operational"
+    assert lines[begin + 2].startswith("  10  drive            Operational  fault  EMCY 2310h continuous")
+    assert lines[begin + 2].endswith("  problem 1")
+    assert lines[begin + 3] == "  11  heartbeats only  Operational"
+
+
+@pytest.mark.parametrize("count", [12, 40])
+def test_a_row_for_up_to_12_nodes_and_those_with_problems_first(canalyze: Runner, tmp_path: Path, count: int) -> None:
+    beats = [
+        (step + node / 1000, f"{0x700 + node:03X}#05")
+        for step in range(20)
+        for node in range(1, count + 1)
+        if node != count or step < 4
+    ]
+    (tmp_path / "a.log").write_text("".join(f"({at:.3f}) can0 {frame}\n" for at, frame in sorted(beats)))
+    lines = canalyze("a.log", "--lang", "en").lines
+    rows = lines[lines.index("NODES") + 1 : -1]
+    assert len(lines) <= LINES == 30
+    assert [int(row.split()[0]) for row in rows[:12]] == ([*range(1, 13)] if count == 12 else [40, *range(1, 12)])
+    assert rows[12:] == ([] if count == 12 else ["  28 more"])
+    assert sum("problem 1" in row for row in rows) == 1
 
 
 def test_what_could_not_be_judged(canalyze: Runner, tmp_path: Path) -> None:

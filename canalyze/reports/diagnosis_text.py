@@ -1,6 +1,6 @@
 """The report of `diagnose` for people: the verdict, the stories in the order in which they matter, the nodes.
 
-An ordinary capture takes at most 25 lines: where there is more, the least important is left out, and the last line says
+An ordinary capture takes at most 30 lines: where there is more, the least important is left out, and the last line says
 how to see it. Must not: judge.
 """
 
@@ -17,7 +17,7 @@ from canalyze.words import Words
 if TYPE_CHECKING:
     from canalyze._core import Rule
 
-LINES: Final = 25
+LINES: Final = 30
 """Most lines of a report that does not show everything."""
 _EFFECTS: Final = 4
 """Consequences that are shown of one story."""
@@ -67,16 +67,16 @@ def show(
         hidden = len(roots)
     else:
         lines += [whole["notice"]] if whole["notice"] else []
+        nodes = _nodes(whole, by_id, words, chosen)
         alike = _alike(told) if not everything else {}
         stories, hidden = _stories(
             [one for one in told if one["id"] not in alike],
             alike,
             by_id,
             words,
-            LINES - len(lines) - len(loose) - 3 if not everything else None,
+            LINES - len(lines) - len(loose) - len(nodes) - 1 if not everything else None,
         )
-        lines += [*stories, *loose]
-        lines += _nodes(whole, by_id, words, chosen)
+        lines += [*stories, *loose, *nodes]
     lines.append(_more(told, names, hidden, words))
     headings = {words.of("problem_heading", status): colour for status, colour in _COLOURS.items()}
     headings[lines[0]] = _COLOURS[worst]
@@ -409,10 +409,19 @@ def _nodes(whole: Record, by_id: Mapping[int, Record], words: Words, chosen: Cho
         and chosen.bus in (None, node["bus"])
         and (node["problem"] is None or node["problem"] in by_id)
     ]
-    parts = [node["text"] for node in nodes[:_NODES]]
+    # Where there is no room for all, those with problems come first.
+    chosen_nodes = sorted(nodes, key=lambda node: node["problem"] is None)[:_NODES] if len(nodes) > _NODES else nodes
+    cells = [[str(cell) for cell in node["cells"]] for node in chosen_nodes]
+    wide = [max(map(width, column)) for column in zip(*cells, strict=True)]
+    lines = [
+        "  ".join(
+            pad(cell, most, right=not place) for place, (cell, most) in enumerate(zip(row, wide, strict=True)) if most
+        ).rstrip()
+        for row in cells
+    ]
     if len(nodes) > _NODES:
-        parts.append(words("diagnose.node_more", count=len(nodes) - _NODES))
-    return [words("diagnose.heading_nodes") + " · ".join(parts)] if parts else []
+        lines.append(words("diagnose.node_more", count=len(nodes) - _NODES))
+    return [words("diagnose.heading_nodes"), *(f"  {line}" for line in lines)] if lines else []
 
 
 def _more(told: Sequence[Record], names: Sequence[str], hidden: int, words: Words) -> str:

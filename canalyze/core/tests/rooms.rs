@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// Most lines of the core.
-const WHOLE: usize = 65_100;
+/// Most lines of the core. The words of the diagnosis, which Python said before, are in it since a page has no Python.
+const WHOLE: usize = 65_300;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -20,21 +20,22 @@ const BUDGETS: &[(&str, usize)] = &[
     // With learnt event timers.
     ("evidence", 3_390),
     ("lib", 50),
-    ("python", 1_130),
+    ("python", 1_150),
     ("rules", 1_700),
     ("sdo", 4_610),
     ("session", 2_780),
     ("settings", 1_310),
-    // Without what a kind of problem is: that is in the table of kinds. With ends that a frame shows, and new floods.
-    ("problems", 6_400),
-    ("tables", 6_110),
+    // Without what a kind of problem is: that is in the table of kinds. With ends that a frame shows, new floods, and
+    // the nodes of the first screen.
+    ("problems", 6_430),
+    ("tables", 6_120),
     // The transfers of CANopen FD.
     ("usdo", 1_030),
     ("views", 7_640),
     // With the relation of a mapped object to its profile.
     ("wire", 2_770),
-    // With the reasons why tables are refused.
-    ("words", 3_700),
+    // With the reasons why tables are refused, and the words of the diagnosis.
+    ("words", 4_000),
     // With the states of axes, which views followed for themselves.
     ("world", 3_220),
 ];

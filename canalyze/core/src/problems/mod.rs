@@ -35,11 +35,12 @@ use std::collections::VecDeque;
 
 use self::ledger::LedgerPlace;
 use self::on_bus::OfBus;
-use self::problem::{ProblemId, Status};
+use self::problem::{ProblemId, Status, bit};
 use self::status::is_over;
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::evidence::services::Nature;
 use crate::rules::finding::Finding;
+use crate::words::profiles::Profile;
 use crate::world::bus::Bus;
 use crate::world::drive::DriveState;
 use crate::world::event::{Event, What};
@@ -72,8 +73,9 @@ pub struct Diagnosis {
     linking: VecDeque<(LedgerPlace, Option<(ProblemId, bool)>)>,
     /// True after the end of the capture, when everything is final.
     over: bool,
-    /// What the capture has shown of its buses, at its end.
+    /// The nature of the buses, at the end of the capture.
     nature: Option<Nature>,
+    nodes: Vec<NodeView>,
 }
 
 /// A change of a problem.
@@ -96,6 +98,10 @@ pub struct NodeView {
     pub node: u8,
     /// Its last known NMT state.
     pub state: Option<u8>,
+    /// Its profile.
+    pub profile: Profile,
+    /// True if it sends heartbeats alone.
+    pub is_beating: bool,
     /// The last states of its axes.
     pub drives: Vec<DriveState>,
     /// The last error code that it has reported and not cleared.
@@ -216,6 +222,7 @@ impl Diagnosis {
         status::of_chains(&mut self.ledger);
         let order = rank::stories(&self.ledger);
         self.ledger.give_numbers(order.into_iter().map(|(id, _)| id));
+        self.nodes = self.views(state);
     }
 
     /// Returns what the capture has shown of its buses, at its end.
@@ -259,13 +266,18 @@ impl Diagnosis {
         }
     }
 
-    /// Returns the nodes seen, and those that problems concern.
-    pub fn nodes(&self) -> Vec<NodeView> {
+    /// Returns the nodes seen, and those that problems concern, at the end of the capture.
+    pub fn nodes(&self) -> &[NodeView] {
+        &self.nodes
+    }
+
+    /// Returns the nodes with their states, and the first open problem in reading order that concerns each.
+    fn views(&self, state: &[Bus]) -> Vec<NodeView> {
         let order = rank::roots(&self.ledger);
         let mut views = Vec::new();
-        for (index, of_bus) in self.buses.iter().enumerate() {
-            let bus = BusId(index as u8);
-            for node in problem::members(of_bus.heard.known) {
+        for (index, (of_bus, known)) in self.buses.iter().zip(state).enumerate() {
+            let (bus, heard) = (BusId(index as u8), &of_bus.heard);
+            for node in problem::members(heard.known) {
                 let about = |id: &&ProblemId| {
                     self.ledger.told().any(|one| {
                         one.bus == bus
@@ -274,11 +286,16 @@ impl Diagnosis {
                             && self.ledger.comes_from(one.id, **id)
                     })
                 };
-                let problem = order.iter().find(about).copied();
-                let state = of_bus.heard.states.get(usize::from(node)).copied().flatten();
-                let drives = of_bus.heard.drives.get(usize::from(node)).cloned().unwrap_or_default();
-                let error = of_bus.heard.errors_of.get(usize::from(node)).copied().flatten();
-                views.push(NodeView { bus, node, state, drives, error, problem });
+                views.push(NodeView {
+                    bus,
+                    node,
+                    state: heard.states.get(usize::from(node)).copied().flatten(),
+                    profile: known.node(node).map_or(Profile::UNKNOWN, |one| one.profile()),
+                    is_beating: heard.last_heartbeat(node).is_some() && heard.serving & bit(node) == 0,
+                    drives: known.drive_states(node).map(|(_, state)| state).collect(),
+                    error: heard.errors_of.get(usize::from(node)).copied().flatten(),
+                    problem: order.iter().find(about).copied(),
+                });
             }
         }
         views

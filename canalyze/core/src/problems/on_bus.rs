@@ -9,7 +9,7 @@ use super::links;
 use super::problem::{self, Status, StepRole, bit};
 use super::roles::KindRole;
 use super::sayings::Saying;
-use super::scene::{Heard, Scene};
+use super::scene::{Heard, Last, Scene};
 use super::signs::Ends;
 use super::status::status;
 use super::trackers::boots::Boots;
@@ -251,7 +251,7 @@ impl OfBus {
         let Some(one) = ledger.get(place) else { return };
         let busy = one.kind.is(KindRole::Busy);
         let Some((node, begin)) = one.subject.node.filter(|_| busy).map(|node| (node, one.noticed)) else { return };
-        let Some(stored) = self.heard.stored(node) else { return };
+        let Some(stored) = self.heard.noted(Last::Stored, node) else { return };
         let near = begin.since(stored).is_some_and(|since| (0..=STORING_NS).contains(&since));
         let known = ledger.last(id, |one| one.kind.is(KindRole::Storing) && one.begin.no == stored.no).is_some();
         if near && !known {
@@ -324,7 +324,7 @@ impl OfBus {
             return false;
         }
         self.heard.serves(data.node);
-        self.heard.pdo(data.node, at);
+        self.heard.note(Last::Pdo, data.node, at);
         let dirty = self.alive(data.node, frame, bus, ledger);
         // A node without heartbeats shows by its PDOs that it is started.
         let booted = self.heard.states.get(usize::from(data.node)) == Some(&Some(BOOT_UP));
@@ -374,7 +374,7 @@ impl OfBus {
                 self.heard.writes(node, at);
                 self.motions.asked(node, mux.index);
                 if STORES.contains(&mux.index) {
-                    self.heard.stores(node, at);
+                    self.heard.note(Last::Stored, node, at);
                 }
             }
             return false;
@@ -479,7 +479,7 @@ impl OfBus {
                         self.found.sign(Sign::of(Ends::State, Some(node)), scene!(self, ledger, bus, id, at));
                     }
                 }
-                self.heard.heartbeat(node, at);
+                self.heard.note(Last::Heartbeat, node, at);
                 let before = self.heard.is_operational(node);
                 match state {
                     OPERATIONAL => self.heard.operational |= bit(node),
@@ -515,7 +515,7 @@ impl OfBus {
                 } else if matches!(command, 0x02 | 0x80..=0x82) {
                     self.heard.operational &= !meant;
                 }
-                self.heard.tells(node, at);
+                self.heard.note(Last::Asked, node, at);
                 self.masters.commanded(command, node, scene!(self, ledger, bus, id, at));
                 self.nodes.commanded(command, node, before, scene!(self, ledger, bus, id, at));
                 if node > 0 {
@@ -590,7 +590,7 @@ impl OfBus {
                     self.identities.unasked(node, finding, scene!(self, ledger, bus, id, at));
                     // Where requests run at once, the server may have answered others since.
                     let since = |answer: &FrameRef| finding.cause.is_some_and(|cause| answer.no > cause.no);
-                    if let Some(answer) = self.heard.answered(node).filter(since) {
+                    if let Some(answer) = self.heard.noted(Last::Answer, node).filter(since) {
                         let sign = Sign::of(Ends::Answered, Some(node));
                         self.found.sign(sign, scene!(self, ledger, bus, id, answer));
                     }
@@ -603,7 +603,6 @@ impl OfBus {
     /// Concludes at the end of the capture.
     pub(super) fn finish(&mut self, id: BusId, end: FrameRef, bus: &Bus, ledger: &mut Ledger) {
         let before = ledger.all.len();
-        self.heard.axes(bus);
         self.boots.finish(scene!(self, ledger, bus, id, end));
         self.heartbeats.finish(scene!(self, ledger, bus, id, end));
         self.identities.finish(scene!(self, ledger, bus, id, end));
@@ -652,7 +651,8 @@ impl OfBus {
             let idle = others && one.subject.node.is_some_and(|node| !self.heard.is_operational(node));
             one.status = status(one, end, (back, gone, others && long, idle));
             // The node was stopped in order to be written to.
-            let written = |node: u8| self.heard.written(node).is_some_and(|written| written.no > one.begin.no);
+            let written =
+                |node: u8| self.heard.noted(Last::Written, node).is_some_and(|written| written.no > one.begin.no);
             let on_purpose = one.kind.is(KindRole::Stop) && problem::members(one.subject.nodes).all(written);
             if on_purpose && one.status == Status::Harmless {
                 one.clue.least = u64::MAX;

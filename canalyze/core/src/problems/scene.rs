@@ -5,30 +5,46 @@ use super::problem::bit;
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::world::bus::Bus;
 use crate::world::configuration::Provenance;
-use crate::world::drive::DriveState;
 
 /// Maximum delay with which a node reports a missing RPDO, in ns.
 const WATCH_NS: i64 = 50_000_000;
 /// Number of node-IDs, including 0.
 const SLOTS: usize = 128;
 
+/// The last frame of a node or to it that is of interest later.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Last {
+    /// A frame that it sent.
+    Frame,
+    /// A heartbeat or a response to guarding.
+    Heartbeat,
+    /// A TPDO.
+    Pdo,
+    /// An SDO response.
+    Answer,
+    /// An SDO request that has no response.
+    Request,
+    /// A write or an NMT command to it, or to all (0).
+    Asked,
+    /// A write to it.
+    Written,
+    /// An order to store, restore or program something.
+    Stored,
+}
+
 /// The frames seen from the nodes of a bus.
 #[derive(Clone, Debug)]
 pub(super) struct Heard {
-    frames: Vec<FrameRef>,
-    heartbeats: Vec<FrameRef>,
+    /// By [`Last`], then by node.
+    last: [Vec<FrameRef>; 8],
     /// Nodes seen, one bit each.
     pub(super) known: u128,
     /// The state that each node has reported last; `None` if it has not, or has been lost since.
     pub(super) states: Vec<Option<u8>>,
-    /// The open request of each default SDO.
-    requested: Vec<FrameRef>,
     /// The number of responses of default SDOs behind their requests, and the longest time until one, in ns.
     pub(super) responses: (u64, i64),
     /// The last error code that each node has reported and not cleared.
     pub(super) errors_of: Vec<Option<u16>>,
-    /// The last states of each node's axes, at the end of the capture.
-    pub(super) drives: Vec<Vec<DriveState>>,
     /// Operational nodes, one bit each.
     pub(super) operational: u128,
     /// The last SYNC.
@@ -43,16 +59,6 @@ pub(super) struct Heard {
     pub(super) errors: (u64, FrameRef),
     /// The last error frame.
     pub(super) last_error: FrameRef,
-    /// The last write or NMT command to each node.
-    asked: Vec<FrameRef>,
-    /// The last TPDO of each node.
-    pdos: Vec<FrameRef>,
-    /// The last write to each node.
-    written: Vec<FrameRef>,
-    /// The last SDO response of each node.
-    answered: Vec<FrameRef>,
-    /// The last order to each node to store, restore or program something.
-    stored: Vec<FrameRef>,
     /// The bit rate in bit/s, if given.
     pub(super) bit_rate: Option<u32>,
 }
@@ -60,14 +66,11 @@ pub(super) struct Heard {
 impl Default for Heard {
     fn default() -> Self {
         Self {
-            frames: vec![FrameRef::default(); SLOTS],
-            heartbeats: vec![FrameRef::default(); SLOTS],
+            last: std::array::from_fn(|_| vec![FrameRef::default(); SLOTS]),
             known: 0,
             states: vec![None; SLOTS],
-            requested: vec![FrameRef::default(); SLOTS],
             responses: (0, 0),
             errors_of: vec![None; SLOTS],
-            drives: vec![Vec::new(); SLOTS],
             operational: 0,
             sync: FrameRef::default(),
             serving: 0,
@@ -75,24 +78,31 @@ impl Default for Heard {
             sync_period_ns: None,
             errors: (0, FrameRef::default()),
             last_error: FrameRef::default(),
-            asked: vec![FrameRef::default(); SLOTS],
-            pdos: vec![FrameRef::default(); SLOTS],
-            written: vec![FrameRef::default(); SLOTS],
-            answered: vec![FrameRef::default(); SLOTS],
-            stored: vec![FrameRef::default(); SLOTS],
             bit_rate: None,
         }
     }
 }
 
 impl Heard {
+    /// Records a frame of a node, or to it.
+    #[inline]
+    pub(super) fn note(&mut self, last: Last, node: u8, at: FrameRef) {
+        if let Some(slot) = self.last.get_mut(last as usize).and_then(|of| of.get_mut(usize::from(node))) {
+            *slot = at;
+        }
+    }
+
+    /// Returns the last frame of a node or to it.
+    #[inline]
+    pub(super) fn noted(&self, last: Last, node: u8) -> Option<FrameRef> {
+        self.last.get(last as usize)?.get(usize::from(node)).copied().filter(|at| at.no > 0)
+    }
+
     /// Records a frame of a node.
     #[inline]
     pub(super) fn frame(&mut self, node: u8, at: FrameRef) {
-        if let Some(slot) = self.frames.get_mut(usize::from(node)) {
-            *slot = at;
-            self.known |= bit(node);
-        }
+        self.note(Last::Frame, node, at);
+        self.known |= bit(node);
     }
 
     /// Records a node that has sent something that only a device sends.
@@ -109,17 +119,16 @@ impl Heard {
 
     /// Records a frame of a default SDO by the client, or by the server.
     pub(super) fn exchanged(&mut self, node: u8, client: bool, at: FrameRef) {
-        let Some(slot) = self.requested.get_mut(usize::from(node)) else { return };
-        if client {
-            *slot = at;
-        } else if let Some(waited) = at.since(Some(std::mem::take(slot)).filter(|at| at.no > 0)).filter(|ns| *ns >= 0) {
+        let asked = self.noted(Last::Request, node);
+        self.note(Last::Request, node, if client { at } else { FrameRef::default() });
+        if let Some(waited) = at.since(asked).filter(|ns| *ns >= 0 && !client) {
             self.responses = (self.responses.0 + 1, self.responses.1.max(waited));
         }
     }
 
     /// Returns the number of nodes with heartbeats, or with responses to guarding.
     pub(super) fn beating(&self) -> usize {
-        self.heartbeats.iter().filter(|at| at.no > 0).count()
+        (1..=127).filter(|node| self.noted(Last::Heartbeat, *node).is_some()).count()
     }
 
     /// Records an error code that a node reports; `None`: it has none left.
@@ -129,88 +138,31 @@ impl Heard {
         }
     }
 
-    /// Records the states of the axes of all nodes.
-    pub(super) fn axes(&mut self, bus: &Bus) {
-        for (node, slot) in (0..).zip(&mut self.drives) {
-            *slot = bus.drive_states(node).map(|(_, state)| state).collect();
-        }
-    }
-
-    /// Records a heartbeat or a response to guarding.
-    pub(super) fn heartbeat(&mut self, node: u8, at: FrameRef) {
-        if let Some(slot) = self.heartbeats.get_mut(usize::from(node)) {
-            *slot = at;
-        }
-    }
-
     /// Returns the last frame of a node.
     pub(super) fn last(&self, node: u8) -> Option<FrameRef> {
-        self.frames.get(usize::from(node)).copied().filter(|at| at.no > 0)
+        self.noted(Last::Frame, node)
     }
 
     /// Returns the last heartbeat of a node.
     pub(super) fn last_heartbeat(&self, node: u8) -> Option<FrameRef> {
-        self.heartbeats.get(usize::from(node)).copied().filter(|at| at.no > 0)
-    }
-
-    /// Records a write or an NMT command to a node.
-    #[inline]
-    pub(super) fn tells(&mut self, node: u8, at: FrameRef) {
-        if let Some(slot) = self.asked.get_mut(usize::from(node)) {
-            *slot = at;
-        }
+        self.noted(Last::Heartbeat, node)
     }
 
     /// Returns the last write or NMT command to a node or to all (0).
     pub(super) fn asked(&self, node: u8) -> Option<FrameRef> {
-        let of = |node: u8| self.asked.get(usize::from(node)).copied().filter(|at| at.no > 0);
-        [of(node), of(0)].into_iter().flatten().max_by_key(|at| at.no)
-    }
-
-    /// Records a TPDO of a node.
-    #[inline]
-    pub(super) fn pdo(&mut self, node: u8, at: FrameRef) {
-        if let Some(slot) = self.pdos.get_mut(usize::from(node)) {
-            *slot = at;
-        }
+        [node, 0].into_iter().filter_map(|node| self.noted(Last::Asked, node)).max_by_key(|at| at.no)
     }
 
     /// Records an SDO write to a node.
     pub(super) fn writes(&mut self, node: u8, at: FrameRef) {
-        self.tells(node, at);
-        if let Some(slot) = self.written.get_mut(usize::from(node)) {
-            *slot = at;
-        }
-    }
-
-    /// Returns the last write to a node.
-    pub(super) fn written(&self, node: u8) -> Option<FrameRef> {
-        self.written.get(usize::from(node)).copied().filter(|at| at.no > 0)
+        self.note(Last::Asked, node, at);
+        self.note(Last::Written, node, at);
     }
 
     /// Records an SDO response of a node.
     pub(super) fn answers(&mut self, node: u8, at: FrameRef) {
         self.serves(node);
-        if let Some(slot) = self.answered.get_mut(usize::from(node)) {
-            *slot = at;
-        }
-    }
-
-    /// Returns the last SDO response of a node.
-    pub(super) fn answered(&self, node: u8) -> Option<FrameRef> {
-        self.answered.get(usize::from(node)).copied().filter(|at| at.no > 0)
-    }
-
-    /// Records an order to store, restore or program something.
-    pub(super) fn stores(&mut self, node: u8, at: FrameRef) {
-        if let Some(slot) = self.stored.get_mut(usize::from(node)) {
-            *slot = at;
-        }
-    }
-
-    /// Returns the last such order to a node.
-    pub(super) fn stored(&self, node: u8) -> Option<FrameRef> {
-        self.stored.get(usize::from(node)).copied().filter(|at| at.no > 0)
+        self.note(Last::Answer, node, at);
     }
 
     /// Returns true if a node is Operational, as far as seen.
@@ -268,7 +220,7 @@ impl Scene<'_> {
         let times = (0x1400..=0x15FF).filter_map(|index| Some(self.value(node, index, 5)?.0 as i64 * 1_000_000));
         let times: Vec<i64> = times.filter(|time| *time > 0).collect();
         let fits = |other: &u8| {
-            let last = self.heard.pdos.get(usize::from(*other)).copied().filter(|at| at.no > 0);
+            let last = self.heard.noted(Last::Pdo, *other);
             let rest = last.and_then(|last| self.at.since(last)).unwrap_or(-1);
             times.iter().any(|time| (*time - time / 10..=time + time / 3 + WATCH_NS).contains(&rest))
         };

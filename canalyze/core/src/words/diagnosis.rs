@@ -3,7 +3,7 @@
 
 use super::digits::put;
 use super::problems::title;
-use super::sentence::fill;
+use super::sentence::{fill, print};
 use super::terms::Row;
 use super::{Lang, escape, terms};
 use crate::bytes::frame::Buses;
@@ -18,6 +18,8 @@ use crate::words::digits::Hex;
 pub static WORDS: &[(&str, &str, &str)] = words!("diagnosis");
 /// The reasons of the rules of cause, by their numbers.
 static CAUSES: &[Row<u8>] = words!("causes");
+/// The kinds of devices, by the numbers of their profiles.
+static DEVICES: &[Row<u16>] = words!("devices");
 
 /// A capture shorter than this shows no heartbeat that stays away, in ns.
 const SHORT_NS: i64 = 2_000_000_000;
@@ -201,33 +203,48 @@ pub fn loose(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis) {
     put!(out; if found.len() > LOOSE { " …" } else { "" });
 }
 
-/// Appends a node with its states, and the problem that it is in. `bus`: the name of its bus if there are several.
-pub fn node(out: &mut Vec<u8>, lang: Lang, view: &NodeView, bus: Option<&[u8]>, problem: Option<u32>) {
-    if let Some(bus) = bus {
-        escape::terminal(out, bus);
-        put!(out; ":");
-    }
-    put!(out; view.node, " ");
-    let before = out.len();
-    if let Some(state) = view.state {
-        match error_control::state(lang, state) {
-            Some(word) => put!(out; word),
-            None => put!(out; Hex::<2>(u64::from(state)), "h"),
+/// Appends the part of a node's row in a column: 0 its name, 1 its role, 2 its NMT state, 3 the states of its axes, 4 its
+/// last error, 5 the problem that it is in. `bus`: the name of its bus if there are several.
+pub fn node(
+    out: &mut Vec<u8>,
+    lang: Lang,
+    view: &NodeView,
+    (bus, problem): (Option<&[u8]>, Option<u32>),
+    column: usize,
+) {
+    match column {
+        0 => {
+            if let Some(bus) = bus {
+                escape::terminal(out, bus);
+                put!(out; ":");
+            }
+            put!(out; view.node);
         }
-    }
-    for state in &view.drives {
-        let between = if out.len() > before { ", " } else { "" };
-        put!(out; between, terms::drive::state(lang, *state));
-    }
-    if let Some(error) = view.error {
-        let between = if out.len() > before { ", " } else { "" };
-        put!(out; between, "EMCY ", Hex::<4>(u64::from(error)), "h");
-    }
-    match (out.len() > before, problem) {
-        (true, Some(problem)) => put!(out; lang.pick("(问题", " (problem "), problem, ")"),
-        (false, Some(problem)) => put!(out; lang.pick("见问题", "see problem "), problem),
-        (false, None) => put!(out; lang.pick("有报文", "heard")),
-        (true, None) => {}
+        1 => match terms::find(DEVICES, lang, view.profile.number()) {
+            Some(device) => put!(out; device),
+            None => put!(out; if view.is_beating { lang.pick("只有心跳", "heartbeats only") } else { "" }),
+        },
+        2 => match view.state.map(|state| (state, error_control::state(lang, state))) {
+            Some((_, Some(word))) => put!(out; word),
+            Some((state, None)) => put!(out; Hex::<2>(u64::from(state)), "h"),
+            None => put!(out; lang.pick("状态不明", "state unknown")),
+        },
+        3 => {
+            for (place, state) in view.drives.iter().enumerate() {
+                put!(out; if place > 0 { ", " } else { "" }, terms::drive::state(lang, *state));
+            }
+        }
+        4 => {
+            if let Some(code) = view.error {
+                put!(out; "EMCY ");
+                print(out, lang, Quantity::Emcy(code, view.profile));
+            }
+        }
+        _ => {
+            if let Some(problem) = problem {
+                put!(out; lang.pick("问题", "problem "), problem);
+            }
+        }
     }
 }
 

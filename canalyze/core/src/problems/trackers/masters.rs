@@ -12,7 +12,7 @@ use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Grade, StepRole, Subject, bit, members};
 use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
-use crate::problems::scene::Scene;
+use crate::problems::scene::{Last, Scene};
 use crate::sdo::wire::Mux;
 
 /// Maximum time from a stop to the start that contradicts it, in ns.
@@ -135,7 +135,7 @@ impl Masters {
             return;
         };
         let soon = at.since(stop.1).is_some_and(|since| (0..=CONTRARY_NS).contains(&since));
-        let told = |node: u8| scene.heard.written(node).is_some_and(|written| written.no > stop.1.no);
+        let told = |node: u8| scene.heard.noted(Last::Written, node).is_some_and(|written| written.no > stop.1.no);
         let for_a_reason = if node == 0 { members(scene.heard.known).any(told) } else { told(node) };
         if !soon || for_a_reason {
             return;

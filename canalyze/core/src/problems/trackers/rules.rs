@@ -10,7 +10,7 @@ use crate::problems::ledger::{DOUBLE_NS, LedgerPlace};
 use crate::problems::problem::{Problem, StepRole, Subject};
 use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
-use crate::problems::scene::Scene;
+use crate::problems::scene::{Last, Scene};
 use crate::problems::signs::{self, Ends};
 use crate::rules::Measured;
 use crate::rules::finding::{Code, Finding, Quantity};
@@ -250,7 +250,8 @@ impl RuleProblems {
         one.measured = finding.measured();
         one.found(finding);
         // The finding waited for what excuses it: the node may have responded since.
-        let answered = finding.node.and_then(|node| scene.heard.answered(node)).filter(|at| at.no > finding.at.no);
+        let answered =
+            finding.node.and_then(|node| scene.heard.noted(Last::Answer, node)).filter(|at| at.no > finding.at.no);
         if let (Ends::Answered, Some(answered)) = (ends, answered) {
             one.step(answered, StepRole::Recovery, Saying::Answered, None);
             one.ends(answered);
@@ -443,7 +444,7 @@ fn answered_late(one: &mut Problem, finding: &Finding) {
 
 /// Returns the frame number of the last write to the node of a finding.
 fn written(finding: &Finding, scene: &Scene<'_>) -> Option<u64> {
-    Some(scene.heard.written(finding.node?)?.no)
+    Some(scene.heard.noted(Last::Written, finding.node?)?.no)
 }
 
 /// Returns the number of times in a finding; without a single gap the problem is lasting.

@@ -12,6 +12,9 @@ use crate::words::digits::put;
 use crate::words::problems as words;
 use crate::words::terms::drive;
 
+/// Number of columns of a node's row.
+const NODE_COLUMNS: usize = 6;
+
 /// Appends all of it.
 pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
     for one in diagnosis.ledger().numbered() {
@@ -161,29 +164,31 @@ fn whole<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis) -> impl WriteJson {
         "begin": time(first.and_then(|first| first.t_ns), setting.decimals),
         "end": time(last.t_ns.filter(|_| frames > 0), setting.decimals),
         "buses": array(setting.buses.names().map(named)),
-        "nodes": array(diagnosis.nodes().into_iter().map(move |view| obj! {
+        "nodes": array(diagnosis.nodes().iter().map(move |view| obj! {
             "bus": named(setting.buses.name(view.bus)),
             "node": view.node,
             "state": view.state.map(hex2),
             "state_text": view.state.and_then(|state| error_control::state(setting.lang, state)),
             /// The states of its axes, in words.
-            "drives": array(view.drives.clone().into_iter().map(move |state| drive::state(lang, state))),
+            "drives": array(view.drives.iter().map(move |state| drive::state(lang, *state))),
             /// The last error code that it has reported and not cleared.
             "error": view.error.map(hex4),
             "problem": view.problem.map(|id| ledger.number(id)),
-            "text": text(move |out| {
+            /// Its row on the first screen: name, role, NMT state, states of axes, last error, problem.
+            "cells": array((0..NODE_COLUMNS).map(move |column| {
                 let bus = several.then(|| setting.buses.name(view.bus));
-                said::node(out, lang, &view, bus, view.problem.map(|id| ledger.number(id)));
-            }),
+                let problem = view.problem.map(|id| ledger.number(id));
+                text(move |out| said::node(out, lang, view, (bus, problem), column))
+            })),
         })),
-        /// What the capture has shown of its buses.
+        /// The nature of the buses.
         "nature": nature.name(),
         "verdict": obj! {
             "status": said::worst(nature, roots_by_status),
             "text": text(move |out| said::verdict(out, lang, nature, roots_by_status)),
         },
         "extent": text(move |out| said::extent(out, lang, setting.buses.names(), diagnosis)),
-        /// What could not be judged; empty if nothing.
+        /// The statement that something was not judged; empty if all was.
         "notice": text(move |out| said::notice(out, lang, nature, diagnosis)),
         "looked": text(move |out| said::looked(out, lang, diagnosis)),
         "well": text(move |out| said::well(out, lang, diagnosis)),
