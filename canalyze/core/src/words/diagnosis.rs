@@ -300,7 +300,7 @@ fn read(out: &mut Vec<u8>, ns: u64) {
     let text = match ns {
         SECONDS_NS.. => format!("{:.2} s", ms / 1e3),
         10_000_000.. => format!("{ms:.0} ms"),
-        _ if ns % 1_000_000 == 0 => format!("{ms:.0} ms"),
+        _ if ns.is_multiple_of(1_000_000) => format!("{ms:.0} ms"),
         _ => format!("{ms:.1} ms"),
     };
     put!(out; text.as_str());
