@@ -109,6 +109,25 @@ def test_each_node_has_a_row_with_what_is_known_of_it(canalyze: Runner, tmp_path
     assert lines[begin + 3] == "  11  heartbeats only  Operational"
 
 
+@pytest.mark.parametrize(
+    ("frames", "row"),
+    [
+        ([(1, "087#10838100AA000000"), (2, "087#0000000000000000")], "  7  Operational"),
+        ([(1, "087#10838100AA000000")], "  7  Operational  fault  EMCY 8310h monitoring  problem 1"),
+        ([(1, "607#4000100000000000")], "  7  Operational  fault  problem 1"),
+    ],
+)
+def test_a_row_says_how_a_node_is_now(
+    canalyze: Runner, tmp_path: Path, frames: list[tuple[float, str]], row: str
+) -> None:
+    """A fault that was seen before the report that no error is left is over; who is asked is no mere listener."""
+    lines = [(0.0, "607#4041600000000000"), (0.001, "587#4B41600008020000"), *frames]
+    lines += [(3 + step / 2, "707#05") for step in range(14)]
+    (tmp_path / "a.log").write_text("".join(f"({at:.3f}) can0 {frame}\n" for at, frame in lines))
+    said = canalyze("a.log", "--lang", "en").lines
+    assert row in said, said
+
+
 @pytest.mark.parametrize("count", [12, 40])
 def test_a_row_for_up_to_12_nodes_and_those_with_problems_first(canalyze: Runner, tmp_path: Path, count: int) -> None:
     beats = [

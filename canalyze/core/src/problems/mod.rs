@@ -35,7 +35,8 @@ use std::collections::VecDeque;
 
 use self::ledger::LedgerPlace;
 use self::on_bus::OfBus;
-use self::problem::{ProblemId, Status, bit};
+use self::problem::{ProblemId, Status};
+use self::scene::Last;
 use self::status::is_over;
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::evidence::services::Nature;
@@ -286,13 +287,18 @@ impl Diagnosis {
                             && self.ledger.comes_from(one.id, **id)
                     })
                 };
+                // An axis has left the fault once no error is left, and has not shown another state yet.
+                let cleared = heard.noted(Last::NoError, node);
+                let is_current = |(_, state, at): &(usize, DriveState, FrameRef)| {
+                    *state != DriveState::Fault || cleared.is_none_or(|cleared| cleared.no < at.no)
+                };
                 views.push(NodeView {
                     bus,
                     node,
                     state: heard.states.get(usize::from(node)).copied().flatten(),
                     profile: known.node(node).map_or(Profile::UNKNOWN, |one| one.profile()),
-                    is_beating: heard.last_heartbeat(node).is_some() && heard.serving & bit(node) == 0,
-                    drives: known.drive_states(node).map(|(_, state)| state).collect(),
+                    is_beating: heard.is_beating(node),
+                    drives: known.drive_reports(node).filter(is_current).map(|(_, state, _)| state).collect(),
                     error: heard.errors_of.get(usize::from(node)).copied().flatten(),
                     problem: order.iter().find(about).copied(),
                 });

@@ -190,7 +190,7 @@ impl OfBus {
         self.motions.transfer(transfer, scene!(self, ledger, bus, id, at));
         self.emergencies.transfer(transfer, scene!(self, ledger, bus, id, at));
         if transfer.shows_no_error() {
-            self.heard.reports(transfer.node, None);
+            self.heard.reports(transfer.node, None, at);
         }
         self.boots.transfer(transfer, &self.heard);
         self.heartbeats.transfer(transfer, scene!(self, ledger, bus, id, at));
@@ -442,7 +442,7 @@ impl OfBus {
         match *change {
             Change::BootUp { node } => {
                 self.heard.state(node, Some(BOOT_UP));
-                self.heard.reports(node, None);
+                self.heard.reports(node, None, at);
                 self.was = self.heard.is_operational(node);
                 self.nodes.booted(node, scene!(self, ledger, bus, id, at));
                 self.emergencies.booted(node, scene!(self, ledger, bus, id, at));
@@ -496,7 +496,7 @@ impl OfBus {
             }
             Change::Error(emergency @ EmcyChange { node, code, manufacturer, .. }) => {
                 self.heard.serves(node);
-                self.heard.reports(node, emergency.active.iter().last());
+                self.heard.reports(node, emergency.active.iter().last(), at);
                 let dirty = self.alive(node, frame, bus, ledger);
                 if code == LIFE_GUARD {
                     let scene = scene!(self, ledger, bus, id, at);

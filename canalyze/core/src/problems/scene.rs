@@ -30,13 +30,15 @@ pub(super) enum Last {
     Written,
     /// An order to store, restore or program something.
     Stored,
+    /// The report that it has no error left.
+    NoError,
 }
 
 /// The frames seen from the nodes of a bus.
 #[derive(Clone, Debug)]
 pub(super) struct Heard {
     /// By [`Last`], then by node.
-    last: [Vec<FrameRef>; 8],
+    last: [Vec<FrameRef>; 9],
     /// Nodes seen, one bit each.
     pub(super) known: u128,
     /// The state that each node has reported last; `None` if it has not, or has been lost since.
@@ -132,7 +134,10 @@ impl Heard {
     }
 
     /// Records an error code that a node reports; `None`: it has none left.
-    pub(super) fn reports(&mut self, node: u8, code: Option<u16>) {
+    pub(super) fn reports(&mut self, node: u8, code: Option<u16>, at: FrameRef) {
+        if code.is_none() {
+            self.note(Last::NoError, node, at);
+        }
         if let Some(slot) = self.errors_of.get_mut(usize::from(node)) {
             *slot = code;
         }
@@ -141,6 +146,12 @@ impl Heard {
     /// Returns the last frame of a node.
     pub(super) fn last(&self, node: u8) -> Option<FrameRef> {
         self.noted(Last::Frame, node)
+    }
+
+    /// Returns true if a node has sent heartbeats alone and no client has asked it for anything.
+    pub(super) fn is_beating(&self, node: u8) -> bool {
+        let asked = [Last::Request, Last::Asked].into_iter().any(|last| self.noted(last, node).is_some());
+        self.last_heartbeat(node).is_some() && self.serving & bit(node) == 0 && !asked
     }
 
     /// Returns the last heartbeat of a node.
