@@ -26,7 +26,7 @@ nobody must take it for met, or for clean."""
 
 def show(verdicts: Sequence[Verdict], out: Output, words: Words, *, totals: bool = False) -> None:
     """Write the whole report. totals: only what is said of all captures."""
-    report = _Report(words, out)
+    report = Report(words, out)
     for verdict in () if totals else verdicts:
         for line in report.block(verdict):
             out.text(line + "\n")
@@ -34,10 +34,16 @@ def show(verdicts: Sequence[Verdict], out: Output, words: Words, *, totals: bool
         out.text(line + "\n")
 
 
-class _Report:
+def unjudged(verdict: Verdict) -> list[Counted]:
+    """Return what could not be judged and is shown all the same."""
+    return [one for one in verdict.others if one.finding.code in _UNJUDGED]
+
+
+class Report:
     """The lines of a report."""
 
     def __init__(self, words: Words, out: Output) -> None:
+        """Take the output, which says if there are colours."""
         self._words = words
         self._out = out
 
@@ -47,20 +53,22 @@ class _Report:
         if verdict.error is not None and not verdict.frames:  # the reason is on standard error
             yield self._words("check.file", name=name, said=self._dyed(self._words("check.unreadable"), "error"))
             return
-        parts = [*self._said(verdict), *self._rest(verdict)]
-        if verdict.error is not None:
-            parts.insert(0, self._dyed(self._words("check.unread"), "error"))
-        said = self._words("check.then").join(parts)
-        yield self._words("check.capture", name=name, frames=verdict.frames, said=said)
+        yield self._words("check.capture", name=name, frames=verdict.frames, said=self.result(verdict))
         for one in verdict.failures:
             yield from self._entry(one)
         for problem in verdict.stories:
-            yield self._problem(problem, verdict)
-        unjudged = [one for one in verdict.others if one.finding.code in _UNJUDGED]
-        for one in unjudged:
-            yield self._head(one.finding)
-        if verdict.failures or verdict.stories or unjudged:
+            yield "  " + self.problem(problem, verdict)
+        for one in unjudged(verdict):
+            yield "  " + self.head(one.finding)
+        if verdict.failures or verdict.stories or unjudged(verdict):
             yield ""
+
+    def result(self, verdict: Verdict) -> str:
+        """Return what came of a capture, in one line."""
+        parts = [*self._said(verdict), *self._rest(verdict)]
+        if verdict.error is not None:
+            parts.insert(0, self._dyed(self._words("check.unread"), "error"))
+        return self._words("check.then").join(parts)
 
     def _said(self, verdict: Verdict) -> Iterator[str]:
         """Say what fails; of what nothing shows to be CANopen, that nothing was judged, and not that it is clean."""
@@ -106,23 +114,25 @@ class _Report:
 
     def _entry(self, one: Counted) -> Iterator[str]:
         finding = one.finding
-        yield self._head(finding)
+        yield "  " + self.head(finding)
         for line in wording.annotated(finding):
             yield f"    {self._dyed(line, 'own') if line.startswith('>') else line}"
         if one.count > 1 or one.known:
-            yield f"    {self._repeats(one)}"
+            yield f"    {self.repeats(one)}"
         if one.consequences:
             yield f"    {wording.consequences(one.consequences, self._words)}"
 
-    def _problem(self, one: Problem, verdict: Verdict) -> str:
+    def problem(self, one: Problem, verdict: Verdict) -> str:
+        """Return the line of a problem."""
         fails, known = one.id in verdict.problems, verdict.known_problems.get(one.id, 0)
         status = self._dyed(self._words.of("problem_status", one.status), "error" if fails else "info")
         place = self._words("check.frame", frame=one.begin.frame)
-        head = f"  {status} {self._words('check.problem')} {place}"
+        head = f"{status} {self._words('check.problem')} {place}"
         said = f" ({self._words('reports.known', known=known)})" if known else ""
         return self._words("check.entry", head=head, message=printable(one.message) + said)
 
-    def _head(self, finding: Finding) -> str:
+    def head(self, finding: Finding) -> str:
+        """Return the line of a finding."""
         where = [
             finding.bus and printable(finding.bus),
             finding.about_frame and self._words("check.frame", frame=finding.about_frame),
@@ -132,10 +142,11 @@ class _Report:
         ]
         severity = self._dyed(self._words.of("severity", finding.severity), finding.severity)
         place = self._words("check.then").join(str(part) for part in where if part)
-        head = f"  {severity} {finding.code} {place}".rstrip()
+        head = f"{severity} {finding.code} {place}".rstrip()
         return self._words("check.entry", head=head, message=printable(finding.message))
 
-    def _repeats(self, one: Counted) -> str:
+    def repeats(self, one: Counted) -> str:
+        """Return how many of the kind there are, and where."""
         said = self._words("check.times", count=one.count)
         if one.known:
             said = self._words("check.times_known", count=max(one.count, one.alike), known=one.known)
