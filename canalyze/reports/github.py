@@ -1,9 +1,9 @@
 """Annotations of GitHub Actions: workflow commands, which the runner reads from a step's output.
 
 What cannot be read comes first, then what fails the check, then what is below the threshold, then a notice for each
-capture of which nothing was judged; what the baseline allows is not shown. What a finding explains is said in its
-annotation. GitHub shows ten annotations of each kind in a step and drops the others without a word: these are plain
-lines of the log here, and a closing annotation counts them.
+capture of which nothing was judged; what the baseline allows is not shown. An annotation is one short line: place and
+rule are beside it, and the lines of the capture are in other reports. GitHub shows ten annotations of each kind in a
+step and drops the others without a word: these are plain lines of the log here, and a closing annotation counts them.
 Nothing of a capture or of its name can become a command: a command begins a line, and in the older form stands
 anywhere behind `##[`. Must not: judge.
 """
@@ -87,15 +87,14 @@ def _finding(file: str, one: Counted, words: Words, *, as_command: bool) -> str:
     if properties and finding.about_line is not None:
         properties["line"] = str(finding.about_line)
     properties["title"] = wording.title(finding)
-    return _command(_COMMANDS[finding.severity], properties, "\n".join([said, *wording.annotated(finding), *explained]))
+    return _command(_COMMANDS[finding.severity], properties, "; ".join([wording.brief(one, words), *explained]))
 
 
 def _problem(file: str, one: Problem, severity: Severity, words: Words, *, as_command: bool) -> str:
     """Give a root at its begin; captures of text have a line a frame only where they say so, so none is named."""
     title = f"{words('check.problem')} {one.kind}, {words('check.frame', frame=one.begin.frame)}"
-    said = "\n".join([printable(one.message), *(printable(check) for check in one.checks)])
     if as_command:
-        return _command(_COMMANDS[severity], {**_file(file), "title": title}, said)
+        return _command(_COMMANDS[severity], {**_file(file), "title": title}, printable(one.message))
     return _plain(f"{words.of('severity', severity)} {title}: {printable(one.message)}")
 
 

@@ -138,6 +138,14 @@ def sentence(counted: "Counted", words: Words, *, shown: str | None = None) -> s
     return words("reports.said", message=said, place=words("reports.then").join(parts)) if parts else said
 
 
+def brief(counted: "Counted", words: Words) -> str:
+    """Return the message with its frame and how often, for places that name file, line and rule by themselves."""
+    frame = counted.finding.about_frame
+    parts = [*([words("reports.frame", frame=frame)] if frame is not None else []), *repeats(counted, words)]
+    said = printable(counted.finding.message)
+    return words("reports.said", message=said, place=words("reports.then").join(parts)) if parts else said
+
+
 def annotated(finding: "Finding") -> Iterator[str]:
     """Give the lines of its context; that of the frame that it is about is marked.
 
