@@ -53,16 +53,17 @@ def codes(found: list[dict[str, Any]], *, fails: bool = True) -> list[str]:
 # What is written.
 
 
+@pytest.mark.parametrize(("form", "suffix"), [("text", "txt"), ("markdown", "md")])
 @pytest.mark.parametrize("lang", ["zh", "en"])
-def test_the_report_is_the_golden_one(tmp_path: Path, lang: str) -> None:
+def test_the_report_is_the_golden_one(tmp_path: Path, lang: str, form: str, suffix: str) -> None:
     """Read it before it is kept: `canalyze check FILES -o samples/check/report.LANG.txt --force` in samples/rules."""
     names = ["SDO001.log", "SDO001.clean.log", "SDO012.log", "HBT002.log", "PDO002.log", "CAP001.log", "NMT002.log"]
-    arguments = ["check", "--lang", lang, "--ignore", "CAP", *names]
+    arguments = ["check", "--lang", lang, "--format", form, "--ignore", "CAP", *names]
     done = subprocess.run(
         command(*arguments), cwd=RULES, env=environment(), capture_output=True, check=False, timeout=60
     )
     assert done.returncode == 1
-    assert done.stdout.decode() == (GOLDEN / f"report.{lang}.txt").read_text(encoding="utf-8")
+    assert done.stdout.decode() == (GOLDEN / f"report.{lang}.{suffix}").read_text(encoding="utf-8")
     assert lang == "zh" or not CHINESE.search(done.stdout.decode())
 
 
@@ -117,16 +118,22 @@ def test_lines_are_those_of_decode(canalyze: Runner, set_of_captures: Path) -> N
 
 
 def test_reports_are_written_beside(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
-    args = ("check", "captures/toggle.log", "--junit", "j.xml", "--sarif", "s.json", "-o", "out.txt")
+    further = ("--code-quality", "q.json", "--markdown", "m.md")
+    args = ("check", "captures/toggle.log", "--junit", "j.xml", "--sarif", "s.json", *further, "-o", "out.txt")
     assert canalyze(*args).code == 1
     assert ElementTree.parse(tmp_path / "j.xml").getroot().find(".//failure") is not None
     (run,) = json.loads((tmp_path / "s.json").read_text())["runs"]
     assert [result["ruleId"] for result in run["results"]] == ["SDO001"]
     assert "SDO001" in (tmp_path / "out.txt").read_text()
+    assert [entry["check_name"] for entry in json.loads((tmp_path / "q.json").read_text())] == ["SDO001"]
+    shown = canalyze("check", "captures/toggle.log", "--format", "markdown")
+    assert shown.out == (tmp_path / "m.md").read_text() and "SDO001" in shown.out
     again = canalyze(*args)
     assert again.code == 2 and "--force" in again.err
     assert canalyze(*args, "--force").code == 1
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["captures", "j.xml", "out.txt", "s.json"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        *("captures", "j.xml", "m.md", "out.txt", "q.json", "s.json"),
+    ]
 
 
 def test_github(canalyze: Runner, set_of_captures: Path) -> None:

@@ -32,6 +32,7 @@ def check(folder: Path, lang: str, form: str) -> list[str]:
     (folder / "empty.log").touch()
     names = [*CAPTURES, str(folder / "gone.log"), str(folder / "empty.log")]
     reports = ["--junit", str(folder / "junit.xml"), "--sarif", str(folder / "sarif.json")]
+    reports += ["--code-quality", str(folder / "quality.json"), "--markdown", str(folder / "summary.md")]
     done = subprocess.run(
         command("check", "--lang", lang, "--format", form, "--force", *reports, *names),
         cwd=SAMPLES,
@@ -66,6 +67,17 @@ def test_reports_of_all_samples_agree(tmp_path: Path, lang: str) -> None:
         if any(isinstance(result, Failure) for result in case.result)
     }
     assert in_junit == failing
+    quality = json.loads((tmp_path / "quality.json").read_bytes())
+    in_quality = {(entry["location"]["path"], entry["check_name"]) for entry in quality}
+    assert (
+        failing
+        <= in_quality
+        <= {(row["file"], row["code"]) for row in rows if row["kind"] == "finding"}
+        | {(entry["location"]["path"], entry["check_name"]) for entry in quality if entry["check_name"][:1].islower()}
+    )
+    assert sum(entry["severity"] == "blocker" for entry in quality) == sum(suite.errors for suite in suites)
+    summary = (tmp_path / "summary.md").read_text(encoding="utf-8")
+    assert len(summary) <= 65_536 and summary.count("| `") > 100
     in_sarif = {
         (found["locations"][0]["physicalLocation"]["artifactLocation"]["uri"], found["ruleId"])
         for found in run["results"]

@@ -5,7 +5,7 @@ What a finding is, the core says; what counts, `policy`; how it is written, `rep
 Exit codes: 0 nothing fails, 1 findings fail, 2 something could not be read.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from typing import Final, Unpack
 
@@ -48,6 +48,8 @@ def command(words: Words) -> click.Command:
         form: str,
         junit: str | None,
         sarif: str | None,
+        code_quality: str | None,
+        markdown: str | None,
         update_baseline: bool,
         output: str | None,
         force: bool,
@@ -82,7 +84,8 @@ def command(words: Words) -> click.Command:
         names = [one.name for one in named if one.error is None]
         with open_output(output, force=force, color=color) as out:
             with ExitStack() as stack:
-                reports = _reports(junit, sarif, stack, words, force=force)
+                named_reports = {"junit": junit, "sarif": sarif, "code-quality": code_quality, "markdown": markdown}
+                reports = _reports(named_reports, stack, words, force=force)
                 progress = Progress(words, out, total_size(tuple(names)), until_output=True)
                 found, signal = examine_all(names, job, progress) if names else ([], 0)
                 progress.clear()
@@ -115,11 +118,13 @@ def command(words: Words) -> click.Command:
         [
             *judging_options(words),
             click.Option(["--update-baseline"], is_flag=True, help=words("check.update_baseline")),
-            format_option(words, "check", ("text", "jsonl", "github")),
+            format_option(words, "check", ("text", "jsonl", "github", "markdown")),
             time_option(words),
             color_option(words),
             click.Option(["--junit"], type=ANY_PATH, metavar="FILE", help=words("check.junit")),
             click.Option(["--sarif"], type=ANY_PATH, metavar="FILE", help=words("check.sarif")),
+            click.Option(["--code-quality"], type=ANY_PATH, metavar="FILE", help=words("check.code_quality")),
+            click.Option(["--markdown"], type=ANY_PATH, metavar="FILE", help=words("check.markdown")),
             bitrate_option(words),
             *(option for option in capture_options(words) if option.name != "merge"),
         ],
@@ -190,9 +195,9 @@ def tried(job: Job, words: Words) -> Job:
 
 
 def _reports(
-    junit: str | None, sarif: str | None, stack: ExitStack, words: Words, *, force: bool
+    names: Mapping[str, str | None], stack: ExitStack, words: Words, *, force: bool
 ) -> list[tuple[Output, Callable[[Sequence[Verdict]], bytes]]]:
-    """Open the files of reports, and give how each is written."""
+    """Open the files of reports, by the names of their options, and give how each is written."""
 
     def as_junit(verdicts: Sequence[Verdict]) -> bytes:
         from canalyze.reports import junit
@@ -205,11 +210,25 @@ def _reports(
 
         return sarif.document(verdicts, rules(words.lang), words)
 
-    wanted = ((junit, as_junit), (sarif, as_sarif))
-    if STDIN in (junit, sarif):
-        option = "--junit" if junit == STDIN else "--sarif"
-        raise click.UsageError(words("check.no_stdout", option=option), click.get_current_context())
-    return [(stack.enter_context(FileOutput(name, force=force)), write) for name, write in wanted if name is not None]
+    def as_code_quality(verdicts: Sequence[Verdict]) -> bytes:
+        from canalyze.reports import code_quality
+
+        return code_quality.document(verdicts, words)
+
+    def as_markdown(verdicts: Sequence[Verdict]) -> bytes:
+        from canalyze.reports import markdown
+
+        return "".join(f"{line}\n" for line in markdown.lines(verdicts, words)).encode("utf-8", "backslashreplace")
+
+    writers = {"junit": as_junit, "sarif": as_sarif, "code-quality": as_code_quality, "markdown": as_markdown}
+    for option in (option for option, name in names.items() if name == STDIN):
+        problem = words("check.no_stdout", option=f"--{option}")
+        raise click.UsageError(problem, click.get_current_context())
+    return [
+        (stack.enter_context(FileOutput(name, force=force)), writers[option])
+        for option, name in names.items()
+        if name is not None
+    ]
 
 
 def _whole(found: Sequence[Examined | None]) -> int:
@@ -298,6 +317,10 @@ def _write(form: str, verdicts: Sequence[Verdict], out: Output, words: Words) ->
         from canalyze.reports import check_jsonl
 
         lines = check_jsonl.lines(verdicts)
+    elif form == "markdown":
+        from canalyze.reports import markdown
+
+        lines = markdown.lines(verdicts, words)
     else:
         from canalyze.reports import github
 

@@ -156,7 +156,7 @@ class Report:
         more = self._words("check.and_more") if one.count > len(one.shown) else ""
         return said + self._words("check.also", frames=self._words("check.between").join(frames) + more)
 
-    def totals(self, verdicts: Sequence[Verdict], many: int) -> Iterator[str]:
+    def totals(self, verdicts: Sequence[Verdict], many: int = _MANY) -> Iterator[str]:
         """Give the closing lines: why findings were overruled, what fails many captures, all figures."""
         reasons = Counter[str]()
         for verdict in verdicts:

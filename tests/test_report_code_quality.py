@@ -1,0 +1,117 @@
+"""`check --code-quality`: GitLab's form, and fingerprints that stay."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from report_verdicts import BINARY, BLOCKS, FINDING, hostile, one
+
+from canalyze.check.verdict import Verdict
+from canalyze.reports import code_quality
+from canalyze.words import LANGUAGES, Words
+
+SEVERITIES = ["info", "minor", "major", "critical", "blocker"]
+TEXT = {"type": "string", "minLength": 1}
+SCHEMA = {
+    "type": "array",
+    "items": {
+        "type": "object",
+        "required": ["description", "check_name", "fingerprint", "severity", "location"],
+        "properties": {
+            "description": {"type": "string"},
+            "check_name": TEXT,
+            "fingerprint": TEXT,
+            "severity": {"enum": SEVERITIES},
+            "location": {
+                "type": "object",
+                "required": ["path", "lines"],
+                "properties": {
+                    "path": {**TEXT, "not": {"pattern": r"^\./"}},
+                    "lines": {
+                        "type": "object",
+                        "required": ["begin"],
+                        "properties": {"begin": {"type": "integer", "minimum": 1}},
+                    },
+                },
+            },
+        },
+    },
+}
+"""As GitLab's documentation has it, "Code Quality report format"."""
+
+
+def report(*verdicts: Verdict, lang: str = "en") -> list[Any]:
+    found: list[Any] = json.loads(code_quality.document(verdicts, Words(lang)))
+    jsonschema.validate(found, SCHEMA)
+    return found
+
+
+@pytest.mark.parametrize("lang", LANGUAGES)
+@pytest.mark.parametrize("seeds", BLOCKS)
+def test_any_report_is_valid(seeds: range, lang: str) -> None:
+    for seed in seeds:
+        verdicts = hostile(seed)
+        found = report(*verdicts, lang=lang)
+        assert len({entry["fingerprint"] for entry in found}) == len(found), "GitLab shows one of a fingerprint"
+        told = sum(verdict.error is not None for verdict in verdicts)
+        told += sum(len(verdict.failures) + sum(not other.known for other in verdict.others) for verdict in verdicts)
+        assert len(found) == told
+        assert all(entry["description"].isprintable() for entry in found)
+
+
+def test_a_finding_is_an_entry() -> None:
+    (entry,) = report(Verdict("samples/boot.log", (one(count=3),)))
+    assert len(entry.pop("fingerprint")) == 64
+    assert entry == {
+        "description": "node 10 1008h:00: toggle=0 from the server, 1 was due (frame 7, 3 times)",
+        "check_name": "SDO001",
+        "severity": "major",
+        "location": {"path": "samples/boot.log", "lines": {"begin": 8}},
+    }
+
+
+def test_severities() -> None:
+    below = tuple(one(replace(FINDING, severity=severity)) for severity in ("warning", "info"))
+    found = report(Verdict("a.log", (one(),), below, error="a.log: cut off"), Verdict("b.log", nature="silent"))
+    assert [entry["severity"] for entry in found] == ["blocker", "major", "minor", "info", "info"]
+    assert found[-1]["description"] == "no data frames, not judged"
+
+
+def test_what_the_baseline_allows_is_left_out() -> None:
+    assert report(Verdict("a.log", others=(one(known=1),))) == []
+
+
+def test_a_format_without_lines_has_the_first_one() -> None:
+    (entry,) = report(Verdict("run.blf", (one(BINARY),)))
+    assert entry["location"]["lines"]["begin"] == 1 and "(frame 7)" in entry["description"]
+
+
+def test_the_fingerprint_stays_when_the_frame_moves_or_the_language_is_another() -> None:
+    def fingerprint(file: str = "a.log", lang: str = "en", **changes: Any) -> str:
+        (entry,) = report(Verdict(file, (one(replace(FINDING, **changes)),)), lang=lang)
+        return str(entry["fingerprint"])
+
+    first = fingerprint()
+    assert first == fingerprint(frame=99, line=100, cause_frame=None, message="other", lang="zh")
+    others = [fingerprint(file="b.log"), fingerprint(node=11), fingerprint(index="1009"), fingerprint(code="SDO002")]
+    assert len({first, *others}) == 5
+
+
+def test_paths_are_those_in_the_project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("CI_PROJECT_DIR", raising=False)
+    (tmp_path / "sub").mkdir()
+    names = ["./a.log", str(tmp_path / "sub/b.log"), "/elsewhere/c.log", "../d.log", "-"]
+
+    def paths() -> list[str]:
+        return [entry["location"]["path"] for entry in report(*(Verdict(name, (one(),)) for name in names))]
+
+    assert paths() == ["a.log", "sub/b.log", "/elsewhere/c.log", "../d.log", "stdin"]
+    monkeypatch.chdir(tmp_path / "sub")
+    monkeypatch.setenv("CI_PROJECT_DIR", str(tmp_path))
+    assert paths() == ["sub/a.log", "sub/b.log", "/elsewhere/c.log", "d.log", "stdin"]

@@ -1,0 +1,114 @@
+"""`check --format markdown`: what a reader of CommonMark with tables makes of it, whatever captures are called."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from markdown_it import MarkdownIt
+from report_verdicts import BLOCKS, FINDING, hostile, many, one
+
+from canalyze.check.verdict import Verdict
+from canalyze.output import printable
+from canalyze.reports import markdown
+from canalyze.words import LANGUAGES, Words
+
+EN = Words("en")
+MOST = 65_536
+"""Characters of a comment on GitHub."""
+
+
+def text(*verdicts: Verdict, lang: str = "en") -> str:
+    return "\n".join(markdown.lines(verdicts, Words(lang)))
+
+
+def tokens(document: str) -> list[Any]:
+    """What a reader finds, blocks and what is in their lines."""
+    found = []
+    for token in MarkdownIt("commonmark").enable("table").parse(document):
+        found += [token, *(token.children or [])]
+    return found
+
+
+def cells(document: str) -> list[str]:
+    """The text in the cells of the table, row by row."""
+    rows = re.search(r"<tbody>(.*)</tbody>", MarkdownIt("commonmark").enable("table").render(document), re.DOTALL)
+    return re.findall(r"<td[^>]*>(.*?)</td>", rows[1]) if rows else []
+
+
+@pytest.mark.parametrize("lang", LANGUAGES)
+@pytest.mark.parametrize("seeds", BLOCKS)
+def test_nothing_of_a_capture_is_markup(seeds: range, lang: str) -> None:
+    ours = {"heading", "paragraph", "inline", "text", "softbreak", "table", "thead", "tbody", "tr", "th", "td"}
+    ours |= {"bullet_list", "list_item", "fence", "code_inline"}
+    for seed in seeds:
+        verdicts = hostile(seed)
+        document = text(*verdicts, lang=lang)
+        found = tokens(document)
+        assert {token.type.removesuffix("_open").removesuffix("_close") for token in found} <= ours
+        assert len(document) <= MOST
+        assert not re.search(r"@(?!\u2060)", "".join(token.content for token in found if token.type == "text"))
+        for token in found:
+            if token.type == "heading_open":
+                assert token.tag in ("h2", "h3")
+        assert sum(token.type == "heading_open" and token.tag == "h2" for token in found) == 1
+        lines = [line.text for verdict in verdicts for one in verdict.failures for line in one.finding.lines]
+        fenced = [line for token in found if token.type == "fence" for line in token.content.splitlines()]
+        assert {line[2:].strip() for line in fenced} <= {printable(line).strip() for line in lines}
+
+
+def test_what_fails_is_in_the_table_and_below_it() -> None:
+    document = text(Verdict("a|b`.log", (one(count=3),), frames=8), Verdict("clean.log", frames=4))
+    lines = document.splitlines()
+    assert lines[0] == "## canalyze check: 2 files, 12 frames: 3 errors (in 1 file)"
+    assert cells(document) == ["<code>a|b`.log</code>", "8", "3 errors"]
+    assert "1 file is clean" in lines and "clean.log" not in document
+    place = lines.index("### ``a|b`.log``")
+    said = "error SDO001 can0, frame 7, line 8: node 10 1008h:00: toggle=0 from the server, 1 was due"
+    assert lines[place + 2] == f"- {said}"
+    (fence,) = [token.content for token in tokens(document) if token.type == "fence"]
+    assert fence.splitlines() == [f"> {FINDING.lines[0].text}", f"  {FINDING.lines[1].text}"]
+    assert "  3 times; also at frames 8, 9" in lines
+
+
+def test_a_set_of_clean_captures_is_counted() -> None:
+    assert text(Verdict("a.log", frames=3), Verdict("b.log", frames=4)).splitlines() == [
+        "## canalyze check: 2 files, 7 frames: no failing findings",
+        "",
+        "2 files are clean",
+    ]
+
+
+def test_what_cannot_be_read_or_was_not_judged_says_why() -> None:
+    document = text(Verdict("gone.log", error="gone.log: no such file"), Verdict("a.log", frames=9, nature="foreign"))
+    assert cells(document)[2::3] == ["not checked", "not CANopen, not judged"]
+    assert "- gone.log: no such file" in document.splitlines()
+
+
+def test_nobody_is_mentioned_and_nothing_is_a_link() -> None:
+    said = "@team see https://example.org www.example.org #7 :tada: $x$ <b>"
+    document = text(Verdict("@team.log", (one(replace(FINDING, message=said, lines=())),), error="@team"))
+    assert "- @\u2060team" in document.splitlines()
+    assert "@\u2060team see https\\://example.org www\\.example.org \\#7 :tada: \\$x\\$ \\<b\\>" in document
+
+
+def test_a_long_document_says_what_it_leaves_out() -> None:
+    verdicts = [replace(many(3, file=f"{number}.log"), frames=1) for number in range(1000)]
+    document = text(*verdicts)
+    assert len(document) <= MOST
+    shown = len(cells(document)) // 3
+    told = document.count("### ")
+    assert 100 < shown < 1000 and 10 < told < 1000
+    assert f"{1000 - shown} more files are not in the table" in document
+    assert document.endswith(f"the details of {1000 - told} more files are left out to keep this short")
+    without = text(*(Verdict(f"{number}.log", (one(count=1),)) for number in range(10)))
+    assert "left out" not in without and "not in the table" not in without
+
+
+def test_what_is_too_long_with_its_lines_is_shown_without() -> None:
+    wide = replace(FINDING, lines=tuple(replace(line, text="x" * 40_000) for line in FINDING.lines))
+    document = text(Verdict("a.log", (one(wide),)), Verdict("b.log", (one(),)))
+    assert "x" * 100 not in document and document.count("- error SDO001") == 2
+    assert sum(token.type == "fence" for token in tokens(document)) == 1
