@@ -6,7 +6,7 @@ Exit codes: 0, whatever was found; with --fail-on 1 where such a problem is ther
 """
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Unpack
@@ -32,7 +32,7 @@ from canalyze.errors import ReaderGone, SourceError
 from canalyze.output import FileOutput, Output, Progress, jsonl, open_output, told
 from canalyze.output.help import Command
 from canalyze.problem import KEYS
-from canalyze.reports import wording
+from canalyze.reports import diagnosis_read, wording
 from canalyze.running.run import Run
 from canalyze.sources.file import STDIN, total_size
 from canalyze.sources.names import below, expanded
@@ -41,13 +41,11 @@ from canalyze.values import nanoseconds
 from canalyze.words import LANGUAGES, Words
 
 if TYPE_CHECKING:
-    from canalyze.reports.diagnosis_lanes import Beside
+    from canalyze._core import Session
     from canalyze.reports.diagnosis_text import Chosen
 
 FAIL_ON: Final = {"open": ("open",), "unknown": ("open", "unknown"), "ended": ("open", "unknown", "ended")}
 """What makes the command fail, by --fail-on."""
-AROUND: Final = 2
-"""Frames that are shown before and behind a step of a story."""
 
 
 def command(words: Words) -> click.Command:
@@ -116,8 +114,8 @@ def command(words: Words) -> click.Command:
                         diagnosis_text.show(some, whole, out, words, named, everything=everything, chosen=chosen)
                     else:
                         by_id = {one["id"]: one for one in every}
-                        near = _near(one for _, one in diagnosis_text.tree(by_id[number], by_id))
-                        lines = _lines(names, near, given, stamps, words)
+                        near = diagnosis_read.near(one for _, one in diagnosis_text.tree(by_id[number], by_id))
+                        lines = diagnosis_read.lines(_again(_Reading(names, given, stamps, words), words), near)
                         diagnosis_text.tell(number, every, whole, lines, out, words, names)
             if html is not None and whole is not None:
                 reading = _Reading(names, given, stamps, words)
@@ -192,7 +190,7 @@ def _diagnosed(reading: "_Reading", out: Output) -> tuple[int, list[dict[str, An
     session = open_session(words, given, format="diagnosis", stamps=stamps)
     results: list[bytes] = []
     code = Run(session, words, Progress(words, out, total_size(names)), results.append, given).over(names)
-    records = _records(results)
+    records = diagnosis_read.records(results)
     whole = next((one for one in records if one["kind"] == "diagnosis"), None)
     incidents = [one for one in records if one["kind"] == "problem"]
     return code, incidents, None if code and not session.frames else whole
@@ -254,11 +252,6 @@ def _there(chosen: "Chosen", incidents: list[dict[str, Any]], whole: dict[str, A
         raise SourceError(key, node=chosen.node, bus=chosen.bus, nodes=wording.ranges(nodes, ", "))
 
 
-def _records(results: list[bytes]) -> list[dict[str, Any]]:
-    """Return the problems, and at their end the record of the whole capture."""
-    return [json.loads(line) for line in b"".join(results).splitlines()]
-
-
 def _write_lines(incidents: list[dict[str, Any]], out: Output, names: tuple[str, ...] = ()) -> None:
     """Write a JSON object for each problem; names: with the files of its recording, where there are several."""
     for one in incidents:
@@ -288,16 +281,6 @@ def _chosen(
     return [one for one in incidents if root(one, by_id)["id"] in roots]
 
 
-def _near(incidents: Iterable[Mapping[str, Any]]) -> set[int]:
-    """Give the numbers of the frames around each step."""
-    return {
-        frame + near
-        for one in incidents
-        for frame in (one["begin"]["frame"], *(step["frame"] for step in one["steps"]))
-        for near in range(-AROUND, AROUND + 1)
-    }
-
-
 class _Reading(NamedTuple):
     """How the capture is read again."""
 
@@ -317,62 +300,24 @@ def _write_page(
     force: bool,
 ) -> None:
     """Write the page: the capture is read twice for each language. every: with all frames."""
-    from canalyze.reports.diagnosis_html import Told, page
+    from canalyze.reports.diagnosis_html import page
 
-    told_of: dict[str, Told] = {}
     with FileOutput(html, force=force) as file:
-        for lang in LANGUAGES:
-            spoken = Words(lang)
-            records, beside = _again(reading, spoken, incidents, whole)
-            found = [one for one in records if one["kind"] == "problem"]
-            near = _near(found)
-            lines = _lines(reading.names, None if every else near, reading.given, reading.stamps, spoken)
-            close = {number: line for number, line in lines.items() if number in near}
-            told_of[lang] = Told(found, records[-1], close, beside, lines if every else None)
+        told_of = {
+            lang: diagnosis_read.told(_again(reading, Words(lang)), incidents, whole, every=every) for lang in LANGUAGES
+        }
         name = ", ".join(wording.capture_name(name) for name in reading.names)
         file.write(page(told_of, name, reading.words.lang))
 
 
-def _again(
-    reading: _Reading, spoken: Words, incidents: list[dict[str, Any]], whole: dict[str, Any]
-) -> tuple[list[dict[str, Any]], "Beside"]:
-    """Read again in another language: what is diagnosed, and what is shown beside it."""
-    from canalyze.reports.diagnosis_lanes import SIGNALS, TABLES, Gatherer
+def _again(reading: _Reading, spoken: Words) -> "diagnosis_read.Read":
+    """Return what reads the capture again in a language; what is to be complained of was told before."""
 
-    gatherer = Gatherer(incidents, whole["order"])
-    select = gatherer.select
-    session = open_session(
-        spoken,
-        reading.given,
-        format="diagnosis",
-        stamps=reading.stamps,
-        tables=(*TABLES, SIGNALS) if select else TABLES,
-        select=select,
-    )
-    results: list[bytes] = []
+    def read(form: str, take: "Callable[[Session, bytes], None]", **settings: Any) -> "Session":
+        session = open_session(spoken, reading.given, format=form, stamps=reading.stamps, **settings)
+        progress = Progress(reading.words, Output(), total_size(reading.names))
+        run = Run(session, spoken, progress, lambda result: take(session, result), reading.given, tell=lambda _: None)
+        run.over(reading.names)
+        return session
 
-    def take(result: bytes) -> None:
-        results.append(result)
-        gatherer.take(session.batches())
-
-    progress = Progress(reading.words, Output(), None)
-    Run(session, spoken, progress, take, reading.given, tell=lambda _: None).over(reading.names)
-    gatherer.take(session.batches(flush=True))
-    return _records(results), gatherer.beside()
-
-
-def _lines(
-    names: tuple[str, ...], wanted: set[int] | None, given: CaptureOptions, stamps: str, words: Words
-) -> dict[int, str]:
-    """Read again, and keep the annotated lines of frames, by their numbers; wanted: None: of all."""
-    kept: dict[int, str] = {}
-
-    def take(result: bytes) -> None:
-        for line in result.splitlines():
-            record = json.loads(line)
-            if wanted is None or record["frame"] in wanted:
-                kept[record["frame"]] = record["text"]
-
-    session = open_session(words, given, format="lines", stamps=stamps, time="z")
-    Run(session, words, Progress(words, Output(), total_size(names)), take, given, tell=lambda _: None).over(names)
-    return kept
+    return read
