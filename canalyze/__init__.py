@@ -18,7 +18,19 @@ if TYPE_CHECKING:
     from canalyze.library.rows import Events, Findings, Frames, Transfers
     from canalyze.library.series import Series, Signal, Signals
     from canalyze.library.stream import Bus, Listener, live
-    from canalyze.library.whole import Diff, Summary, convert, diff, rules, summary
+    from canalyze.library.whole import (
+        Diagnosis,
+        Diff,
+        Inventory,
+        Summary,
+        convert,
+        diagnose,
+        diff,
+        explain,
+        od,
+        rules,
+        summary,
+    )
     from canalyze.problem import Cause, Moment, Problem, ProblemChange, Step
     from canalyze.values import ObjectRef
 
@@ -89,10 +101,15 @@ _FROM = {
         "live",
     ),
     "library.whole": (
+        "Diagnosis",
         "Diff",
+        "Inventory",
         "Summary",
         "convert",
+        "diagnose",
         "diff",
+        "explain",
+        "od",
         "rules",
         "summary",
     ),
@@ -109,6 +126,7 @@ __all__ = [
     "Column",
     "ConfigError",
     "CoreError",
+    "Diagnosis",
     "Diff",
     "Emcy",
     "Event",
@@ -118,6 +136,7 @@ __all__ = [
     "Frame",
     "Frames",
     "Hole",
+    "Inventory",
     "Line",
     "Listener",
     "Moment",
@@ -146,8 +165,11 @@ __all__ = [
     "column_tables",
     "columns",
     "convert",
+    "diagnose",
     "diff",
+    "explain",
     "live",
+    "od",
     "open",
     "rules",
     "summary",

@@ -116,6 +116,9 @@ class Problem:
     is_root: bool
     """Whether nothing is known to have caused it."""
 
+    def __repr__(self) -> str:
+        return f"<Problem {self.id} {self.kind}, {self.status}, frame {self.begin.frame}: {self.message}>"
+
     @property
     def frames(self) -> tuple[int, ...]:
         """Returns the frames that are its evidence, ascending."""
@@ -171,6 +174,9 @@ class ProblemChange:
     cause: Cause | None
     message: str
     """What it says, in one line."""
+
+    def __repr__(self) -> str:
+        return f"<ProblemChange {self.id} {self.kind} {self.phase}, frame {self.begin.frame}: {self.message}>"
 
 
 def problem_change(row: Mapping[str, Any]) -> ProblemChange:

@@ -202,6 +202,7 @@ OPTIONAL = {
     "rerun",
     "rerun_cli",
     "pyarrow",
+    "matplotlib",
     "numpy",
     "pandas",
     "polars",

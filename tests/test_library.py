@@ -308,7 +308,7 @@ def test_times_are_exact(text: str, ns: int) -> None:
 
 def test_rows_are_shown_short() -> None:
     capture = canalyze.open(ABORTS)
-    assert repr(capture.findings.of("SDO012")) == "<1 findings: error SDO012 at frame 47>"
+    assert repr(capture.findings.of("SDO012")) == "<1 finding: error SDO012 at frame 47>"
     assert repr(capture.transfers.of(node=1)) == "<0 transfers>"
     assert repr(capture.transfers[0]) == "<Transfer 1: node 10 download 2005h:00 aborted 06010002h, frames 1-2>"
     assert repr(canalyze.open(NETWORK).nodes) == "<3 nodes: 5 pre-operational, 6 pre-operational, 7 pre-operational>"

@@ -29,10 +29,12 @@ from canalyze.library.series import Signals, signal
 from canalyze.library.stream import Silent
 from canalyze.problem import Problem, problem
 from canalyze.running.reading import Reading
+from canalyze.words import LANGUAGES
 
 if TYPE_CHECKING:
     from canalyze._core import Batch, Session
     from canalyze.library import StrPath
+    from canalyze.reports.diagnosis_read import Read
 
 T = TypeVar("T")
 
@@ -69,7 +71,7 @@ class Capture:
         self._frames: Frames | None = None
         self._signals: Signals | None = None
         self._problems: Problems | None = None
-        self._diagnosed: list[dict[str, Any]] = []
+        self._diagnosed: list[dict[str, Any]] | None = None
         self._lists: dict[str, Any] = {}
         self._checked: list[Finding] = []
         self._running: WeakSet[Generator[Event, None, None]] = WeakSet()
@@ -146,12 +148,18 @@ class Capture:
     def problems(self) -> Problems:
         """What went wrong, whether it still is, and why: `capture.problems.roots`, `.open`, `.of(node=5)`."""
         if self._problems is None:
-            with closing(self._objects(self._plan.session("diagnosis"))) as rows:
-                records = list(rows)
-            self._diagnosed = [row for row in records if row["kind"] == "problem"]
-            order = next((row["order"] for row in records if row["kind"] == "diagnosis"), ())
-            self._problems = Problems(map(problem, self._diagnosed), order)
+            *records, whole = self.diagnosed
+            self._problems = Problems(map(problem, records), whole["order"])
         return self._problems
+
+    @property
+    def diagnosed(self) -> list[dict[str, Any]]:
+        """The records of problems, as the core has them, and behind them that of the whole capture."""
+        if self._diagnosed is None:
+            from canalyze.reports import diagnosis_read
+
+            self._diagnosed = diagnosis_read.problems(self._reader(self.lang))
+        return self._diagnosed
 
     incidents = renamed("incidents", "problems")
 
@@ -163,8 +171,9 @@ class Capture:
         from canalyze.reports.diagnosis_text import stories
 
         asked = self.problems.roots.open if problems is None else problems
-        by_id = {row["id"]: row for row in self._diagnosed}
-        return stories([by_id[one.id] for one in asked if one.id in by_id], self._diagnosed, self._plan.words)
+        records = self.diagnosed[:-1]
+        by_id = {row["id"]: row for row in records}
+        return stories([by_id[one.id] for one in asked if one.id in by_id], records, self._plan.words)
 
     stories = renamed("stories", "diagnosis")
 
@@ -256,6 +265,22 @@ class Capture:
         self._checked += found
         return Findings(found).at_least(at_least)
 
+    def html(self, *, frames: Literal["near", "all"] = "near") -> str:
+        """Return the page that `canalyze diagnose --html` writes, in both languages (extra `html`).
+
+        frames: the annotated frames in it, those near the problems or all. Each call reads the capture four times.
+        OutputError where the library for templates is missing.
+        """
+        from canalyze.reports import diagnosis_read
+        from canalyze.reports.diagnosis_html import page
+
+        one_of("frames", frames, ("near", "all"))
+        *records, whole = self.diagnosed
+        told = {
+            lang: diagnosis_read.told(self._reader(lang), records, whole, every=frames == "all") for lang in LANGUAGES
+        }
+        return page(told, self.name, self.lang).decode("utf-8")
+
     def snapshot(self) -> str:
         """Give what the capture shows as text that two recordings of the same session share: no times, no bus loads."""
         from canalyze.reports.snapshot import snapshot
@@ -313,6 +338,18 @@ class Capture:
         with closing(self._results(session)) as results:
             for result in results:
                 yield from event.objects(result)
+
+    def _reader(self, lang: str) -> "Read":
+        """Return what reads all of it in a language."""
+
+        def read(form: str, take: "Callable[[Session, bytes], None]", **settings: Any) -> "Session":
+            session = self._plan.session(form, lang=lang, **settings)
+            with closing(self._results(session)) as results:
+                for result in results:
+                    take(session, result)
+            return session
+
+        return read
 
     def _results(self, session: "Session") -> Generator[bytes, None, None]:
         """Read all inputs through a session; when it comes to its end the complaints are known."""

@@ -114,9 +114,9 @@ class Tabular:
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Give it as a DataFrame of pandas, integers as integers also where some are missing (extra `pandas`)."""
-        pandas = _needs("pandas")
+        pandas = needs("pandas")
         table = self.arrow()
-        arrow = _needs("pyarrow", "pandas")
+        arrow = needs("pyarrow", "pandas")
         sizes = (8, 16, 32, 64)
         mapped = {getattr(arrow, f"int{size}")(): getattr(pandas, f"Int{size}Dtype")() for size in sizes}
         mapped |= {getattr(arrow, f"uint{size}")(): getattr(pandas, f"UInt{size}Dtype")() for size in sizes}
@@ -125,7 +125,7 @@ class Tabular:
 
     def to_polars(self) -> "polars.DataFrame":
         """Give it as a DataFrame of polars (extra `polars`)."""
-        frame: polars.DataFrame = _needs("polars").DataFrame(self.arrow())
+        frame: polars.DataFrame = needs("polars").DataFrame(self.arrow())
         return frame
 
     def _repr_html_(self) -> str:
@@ -173,7 +173,7 @@ class Table(Tabular):
 
     def arrow(self) -> "pyarrow.Table":
         """Give it as a `pyarrow.Table`, without a copy. CanalyzeError without pyarrow (extra `arrow`)."""
-        return _needs("pyarrow", "arrow").table(self)
+        return needs("pyarrow", "arrow").table(self)
 
     def __len__(self) -> int:
         return self._core.num_rows
@@ -195,7 +195,7 @@ class Table(Tabular):
 
 def table_of(table: str, values: dict[str, list[Any]]) -> "pyarrow.Table":
     """Make a table of columns that are lists, of the types that `columns` has."""
-    arrow = _needs("pyarrow", "arrow")
+    arrow = needs("pyarrow", "arrow")
 
     made = {"word": arrow.string, "bool": arrow.bool_}
 
@@ -228,7 +228,7 @@ def _cell(value: object) -> str:
     return text if len(text) <= _WIDE else f"{text[: _WIDE - 3]}..."
 
 
-def _needs(module: str, extra: str = "") -> Any:
+def needs(module: str, extra: str = "") -> Any:
     """Import a library that only an extra brings; CanalyzeError that names the extra where it is not there."""
     try:
         return importlib.import_module(module)

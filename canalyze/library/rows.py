@@ -6,7 +6,7 @@ A finder gives a list of the same kind. It must not read: what is in a list was 
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self, TypeAlias, TypeVar, overload
 
 from canalyze.configuration import network
 from canalyze.finding import SEVERITIES, Finding, Severity
@@ -17,8 +17,12 @@ if TYPE_CHECKING:
     import pyarrow
 
 T = TypeVar("T")
+ObjectLike: TypeAlias = str | int | tuple[int, int]
+"""An object of a device: `"1018:01"`, `(0x1018, 1)`, or `0x1018` with all of its sub-indexes."""
 
 _SHOWN: Final = 3
+_LEAST: Final = 0x1000
+"""What is below is a decimal index by mistake; there are only data types."""
 
 
 class Rows(Tabular, Sequence[T]):
@@ -60,7 +64,8 @@ class Rows(Tabular, Sequence[T]):
 
     def __repr__(self) -> str:
         more = [*map(self._one, self._rows[:_SHOWN]), *["..."] * (len(self) > _SHOWN)]
-        return f"<{len(self)} {self._what}{': ' if more else ''}{', '.join(more)}>"
+        what = self._what.removesuffix("s") if len(self) == 1 else self._what
+        return f"<{len(self)} {what}{': ' if more else ''}{', '.join(more)}>"
 
     def _one(self, row: T) -> str:
         return repr(row)
@@ -171,23 +176,19 @@ class Transfers(Rows[Transfer]):
         self,
         *,
         node: int | None = None,
-        object: str | None = None,  # noqa: A002  the standard's word
+        object: ObjectLike | None = None,  # noqa: A002  the standard's word
         direction: Literal["upload", "download"] | None = None,
         bus: str | None = None,
         status: Literal["ok", "aborted", "incomplete", "failed"] | None = None,
     ) -> Self:
-        """Give those of a node, an object ("1018:01", "1018h:01", or "1018" with all sub-indexes), a direction ...
+        """Give those of a node, an object, a direction ...
 
-        ValueError for what is no object, and for words that no transfer has.
+        object: "1018:01", "1018h:01", (0x1018, 1), or 0x1018 and "1018" with all sub-indexes. ValueError for what is no
+        object, and for words that no transfer has.
         """
-        if object is not None and not isinstance(object, str):
-            raise TypeError(f"object={object!r}: a text is needed, as 1018:01, not {type(object).__name__}")
         one_of("direction", direction, ("upload", "download"))
         one_of("status", status, ("ok", "aborted", "incomplete", "failed"))
-        wanted = None if object is None else network.address(object.strip())
-        if object is not None and wanted is None:
-            raise ValueError(f"object={object!r}: an object is written 1018:01, or 1018 with all of its sub-indexes")
-        index, sub = (None, None) if wanted is None else (f"{wanted[0]:04X}", wanted[1])
+        index, sub = (None, None) if object is None else address(object)
 
         def fits(one: Transfer) -> bool:
             return (
@@ -232,6 +233,25 @@ class Findings(Rows[Finding]):
         if not any(rule.code.startswith(code.upper()) for rule in rules("en")):
             raise ValueError(f"code={code!r}: no rule begins so; `canalyze rules` lists them")
         return self._only(lambda finding: finding.code.startswith(code.upper()))
+
+
+def address(given: ObjectLike) -> tuple[str, int | None]:
+    """Return the index of an object, four hexadecimal digits, and its sub-index; None: all of them.
+
+    TypeError for what is neither text nor integers, ValueError for what is no object.
+    """
+    index, sub = given if isinstance(given, tuple) and len(given) == 2 else (given, None)
+    if isinstance(given, str):
+        found = network.address(given.strip())
+    elif type(index) is int and (sub is None or type(sub) is int):
+        is_object = _LEAST <= index < 1 << 16 and 0 <= (sub or 0) < 1 << 8
+        found = (index, sub) if is_object else None
+    else:
+        wanted = "1018:01, 0x1018 or (0x1018, 1)"
+        raise TypeError(f"object={given!r}: a text or integers are needed, as {wanted}, not {type(given).__name__}")
+    if found is None:
+        raise ValueError(f"object={given!r}: an object is written 1018:01, or 1018 with all of its sub-indexes")
+    return f"{found[0]:04X}", found[1]
 
 
 def one_of(name: str, value: str | None, choices: Sequence[str]) -> None:

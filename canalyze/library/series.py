@@ -6,12 +6,19 @@ Read from the core's JSON lines and never made here. It must not read a capture,
 import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from operator import itemgetter
-from typing import Any, ClassVar, Final, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Final, overload
 
+from canalyze.library.columns import needs
 from canalyze.library.rows import Rows, number
 from canalyze.values import ObjectRef, Timed
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_DATES: Final = 100_000_000
+"""Seconds from which on a time is a date."""
 Value = int | float | str | None
 """A number; bytes as hexadecimal text, an integer beyond 2^53 as decimal text; None where the payload is too short."""
 
@@ -94,6 +101,35 @@ class Series(_Values):
     def times_ns(self) -> list[int | None]:
         """The times of the values in nanoseconds, as the capture has them; None without stamps."""
         return [row.t_ns for row in self._rows]
+
+    @property
+    def times(self) -> list[float | None]:
+        """The times of the values in seconds, as the capture has them; None without stamps."""
+        return [row.t_s for row in self._rows]
+
+    def plot(self, axes: "Axes | None" = None, **options: Any) -> "Axes":
+        """Draw the values as steps over their times with matplotlib; return the axes (extra `plot`).
+
+        axes: where it is drawn; a new figure otherwise. options: those of `Axes.step`, such as `color`. Times that are
+        dates are in UTC; without stamps the numbers of the frames take their place. ValueError where no value is a
+        number, CanalyzeError without matplotlib.
+        """
+        self._numbers()
+        if axes is None:
+            axes = needs("matplotlib.pyplot", "plot").figure().add_subplot()
+        drawn = [row for row in self._rows if isinstance(row.value, int | float)]
+        times = [row.t_s for row in drawn]
+        at: list[Any]
+        if None in times:
+            at, label = [row.frame for row in drawn], "frame"
+        elif (times[0] or 0) >= _DATES:
+            at, label = [datetime.fromtimestamp(time or 0, UTC) for time in times], "UTC"
+        else:
+            at, label = times, "s"
+        axes.step(at, [row.value for row in drawn], **{"where": "post", "label": self.name} | options)
+        axes.set_xlabel(label)
+        axes.set_ylabel(self.unit or "")
+        return axes
 
     @property
     def frames(self) -> list[int]:

@@ -87,6 +87,9 @@ class Stream:
         self._order: tuple[int, ...] = ()
         self._over = False
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {'stopped' if self._over else 'listening'}, {self.frames} frames>"
+
     @property
     def problems(self) -> Problems:
         """What went wrong, whether it still is, and why: known when it was stopped, empty before."""
@@ -172,6 +175,10 @@ class Listener(Stream):
     Identifier, RTR, FD with BRS and ESI, error frames (with a class where the interface gives SocketCAN's), direction,
     channel and stamp are kept; a message without a stamp gets the time of its receipt. It needs no Notifier: whoever
     has messages calls it with each, `listener(message)`.
+
+    What the program itself sends on this bus is only received if the bus was opened with `receive_own_messages=True`:
+    without it the listener has the responses to requests that it never saw, and says so. A second bus on the same
+    channel, or another program, needs no such option.
 
     Where the next frames tell what one means, its events wait for them, or for `advance`: at most 0.2 s. Iterating
     advances by itself; with `on_event` call `advance()` from time to time, which finds silence, too.

@@ -8,14 +8,19 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Unpack
 
-from canalyze.library import Options, Source, StrPath
+from canalyze.library import Descriptions, Options, Source, StrPath
 from canalyze.library import open as open_
 from canalyze.library.capture import Capture
 from canalyze.library.columns import html_table
-from canalyze.library.rows import one_of
+from canalyze.library.event import Frame
+from canalyze.library.problem import Problems
+from canalyze.library.rows import ObjectLike, address, one_of
 from canalyze.output import Output
+from canalyze.problem import Problem
 
 if TYPE_CHECKING:
+    from can import Message
+
     from canalyze._core import Rule
 
 
@@ -76,6 +81,79 @@ class Summary:
         return html_table(("bus", "node", "name", "state", "frames"), rows, f"{len(nodes)} nodes")
 
 
+class Diagnosis(Sequence[Problem]):
+    """What went wrong: the problems that no other has caused, the most important first; harmless ones are left out.
+
+    False where there are none; `str()` the text of `canalyze FILE`.
+    """
+
+    def __init__(self, problems: Problems, text: str) -> None:
+        """Take what the core says, and its report."""
+        self.problems = problems
+        """All of them: what follows from others too, and what is harmless."""
+        self._roots = [one for one in problems.roots if one.status != "harmless"]
+        self._text = text
+
+    def __len__(self) -> int:
+        return len(self._roots)
+
+    def __getitem__(self, place: Any) -> Any:
+        """Give one, or some."""
+        return self._roots[place]
+
+    @property
+    def open(self) -> list[Problem]:
+        """Those that have not ended."""
+        return [one for one in self if one.status == "open"]
+
+    def __str__(self) -> str:
+        return self._text
+
+    def __repr__(self) -> str:
+        return f"<Diagnosis: {self._text.partition(chr(10))[0]}>"
+
+
+class Inventory(Sequence[Mapping[str, Any]]):
+    """The objects of devices, by what the traffic shows: the records of `canalyze od --format jsonl`.
+
+    `str()` is the text of the command.
+    """
+
+    def __init__(self, records: Iterable[Mapping[str, Any]], text: str) -> None:
+        """Take what the core says, and its report."""
+        records = list(records)
+        self.nodes = tuple(one for one in records if one["kind"] == "od_node")
+        """The records of the devices."""
+        self._objects = tuple(one for one in records if one["kind"] == "od_object")
+        self._text = text
+
+    def __len__(self) -> int:
+        return len(self._objects)
+
+    def __getitem__(self, place: Any) -> Any:
+        """Give one object, or some."""
+        return self._objects[place]
+
+    def of(
+        self,
+        *,
+        node: int | None = None,
+        object: ObjectLike | None = None,  # noqa: A002  the standard's word
+        bus: str | None = None,
+    ) -> list[Mapping[str, Any]]:
+        """Return those of a node, of an object (0x1017, (0x1018, 1), "1018:01"), on a bus; ValueError for no object."""
+        index, sub = (None, None) if object is None else address(object)
+        wanted = {"node": node, "index": index, "sub": sub, "bus": bus}
+        asked = {key: value for key, value in wanted.items() if value is not None}
+        return [one for one in self if all(one[key] == value for key, value in asked.items())]
+
+    def __str__(self) -> str:
+        return self._text
+
+    def __repr__(self) -> str:
+        return f"<Inventory: {len(self)} objects of {len(self.nodes)} nodes>"
+
+
 class _Text(Output):
     """Takes what a report would print."""
 
@@ -131,6 +209,91 @@ def summary(source: "Source | Capture", **options: Unpack[Options]) -> Summary:
     text = _Text()
     show(records, text, Words(capture.lang))
     return Summary(records, text.data.decode("utf-8", "replace"))
+
+
+def diagnose(source: "Source | Capture", **options: Unpack[Options]) -> Diagnosis:
+    """Diagnose a capture of `open`, or what `open` takes, with its options; several files are one capture.
+
+    `capture.html()` is the same as a page.
+    """
+    from canalyze.reports.diagnosis_text import Chosen, of_buses, show
+    from canalyze.words import Words
+
+    capture = _capture(source, options)
+    *records, whole = capture.diagnosed
+    text = _Text()
+    names = [capture.name] if len(capture.paths) == 1 else []
+    everything = Chosen(None, None, None)
+    show(of_buses(records), whole, text, Words(capture.lang), names, everything=False, chosen=everything)
+    return Diagnosis(capture.problems, text.data.decode("utf-8", "replace"))
+
+
+def explain(
+    what: "str | int | Frame | Message",
+    *,
+    eds: Descriptions = (),
+    lang: Literal["en", "zh"] = "en",
+    folder: StrPath | None = None,
+) -> str:
+    """Explain a frame field by field, a code, an object or a term, as `canalyze explain` does.
+
+    what: a text as on the command line ("705#7F", "1017:00", "SDO001", "inhibit time"), a frame of a capture, a message
+    of python-can, or an integer: from 10000h on an SDO abort code, below that the same as its text with an h behind it.
+    eds, lang, folder: as for `open`. ValueError for what cannot be explained.
+    """
+    from canalyze._core import explain as explained
+    from canalyze.library.plan import plan
+
+    made = plan("explain", Options(eds=eds, lang=lang, folder=folder))
+    text = _explained(what)
+    found = explained(text, made.words.lang, made.options.network)
+    if found is None:
+        raise ValueError(made.words("explain.no_frame", line=text or '""'))
+    return found.rstrip("\n")
+
+
+def _explained(what: Any) -> str:
+    """Return what is asked for as the command line has it."""
+    if isinstance(what, str):
+        return what
+    if isinstance(what, int) and not isinstance(what, bool):
+        return f"{what:08X}" if what > 0xFFFF else f"{what:X}h"
+    if isinstance(what, Frame):
+        number, data, flags = what.id, what.data, 1 * what.brs + 2 * what.esi
+        extended, remote, fd, length = what.extended, what.remote, what.fd, what.length
+    elif hasattr(what, "arbitration_id"):
+        number, data, flags = (
+            what.arbitration_id,
+            bytes(what.data),
+            1 * what.bitrate_switch + 2 * what.error_state_indicator,
+        )
+        extended, remote, fd, length = what.is_extended_id, what.is_remote_frame, what.is_fd, what.dlc
+    else:
+        raise TypeError(f"what={what!r}: a text, a number, a frame or a message is needed, not {type(what).__name__}")
+    name = f"{number:08X}" if extended else f"{number:03X}"
+    shown = f"R{length or ''}" if remote else data.hex().upper()
+    return f"{name}##{flags:X}{shown}" if fd else f"{name}#{shown}"
+
+
+def od(source: "Source | Capture", *, at: float | None = None, **options: Unpack[Options]) -> Inventory:
+    """Return the objects of the devices in a capture, by what the traffic shows of them.
+
+    source, options: as for `diagnose`. at: the values so many seconds from its begin; those at its end otherwise.
+    """
+    from canalyze.reports.od_text import show
+    from canalyze.words import Words
+
+    if at is not None and (isinstance(at, bool) or not isinstance(at, int | float) or not 0 <= at < 1e12):
+        raise ValueError(f"at={at!r}: seconds, 0 or more")
+    capture = _capture(source, options)
+    until_ns = None if at is None else round(at * 1e9)
+    records, shown = (
+        [json.loads(line) for line in capture.through(form, until_ns=until_ns)[1].splitlines()]
+        for form in ("objects", "objects-text")
+    )
+    text = _Text()
+    show(shown, text, Words(capture.lang))
+    return Inventory(records, text.data.decode("utf-8", "replace"))
 
 
 def convert(
