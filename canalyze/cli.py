@@ -30,7 +30,7 @@ TOPICS: Final = {
     "look": ("diagnose", "decode", "summary", "sdo", "signals", "od", "view", "explain"),
     "live": ("sniff", "monitor"),
     "judge": ("check", "expect", "diff", "fleet", "rules"),
-    "files": ("info", "convert", "export", "eds", "examples", "help"),
+    "files": ("info", "convert", "export", "eds", "mcp", "examples", "help"),
 }
 """The commands as help groups them; each stands in `commands/` under its name."""
 COMMANDS: Final = tuple(name for names in TOPICS.values() for name in names)

@@ -154,6 +154,7 @@ MAY_USE: dict[str, set[str]] = {
     },
     "timeline": {*SAID, "_core", "output.layout", "output", "reports", "output.writing"},
     "exporting": {*SAID, "_core", "library", "output", "output.writing"},
+    "agents": {*SAID, "library", "output", "output.jsonl", "configuration.network", "sources.names"},
     "monitor": {*READ, "output.layout", "output", "running.reading"},
     "pytest_plugin": {*SAID, "finding", "problem", "library", "output", "output.writing"},
 }
@@ -202,7 +203,9 @@ OPTIONAL = {
     "rerun",
     "rerun_cli",
     "pyarrow",
+    "anyio",
     "matplotlib",
+    "mcp",
     "numpy",
     "pandas",
     "polars",
@@ -212,7 +215,7 @@ OPTIONAL = {
     "ray",
 }
 """What only extras bring."""
-COMMANDS = ("view", "sniff", "export", "fleet")
+COMMANDS = ("view", "sniff", "export", "fleet", "mcp")
 HEAVY = f"""import sys, canalyze.cli, canalyze.fleet.run, {", ".join(f"canalyze.commands.{name}" for name in COMMANDS)}
 print(*sys.modules, sep="\\n")"""
 
@@ -226,7 +229,7 @@ def test_timelines_tables_and_fleets_alone_need_the_optional_part() -> None:
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) and not node.level else []
             if OPTIONAL & {name.split(".")[0] for name in names}:
                 users.add(path.relative_to(PACKAGE).parts[0])
-    assert users == {"dictionary", "timeline", "library", "exporting", "fleet"}
+    assert users == {"commands", "dictionary", "timeline", "library", "exporting", "fleet"}
     loaded = subprocess.run([sys.executable, "-c", HEAVY], capture_output=True, text=True, check=True).stdout.split()
     assert not OPTIONAL & set(loaded)
 

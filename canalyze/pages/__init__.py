@@ -25,6 +25,7 @@ TOPICS: Final[Mapping[str, tuple[str, ...]]] = {
     "formats": ("convert", "info"),
     "export": ("export",),
     "configuration": (),
+    "agents": ("mcp",),
     "library": (),
     "pytest": (),
     "columns": (),
