@@ -1,10 +1,11 @@
-"""Five small captures with a story each, to try the program on: made here, frame by frame.
+"""Five small captures with a story each, to try the program on: made here, frame by frame; and the files of the pages.
 
-A capture is text in candump's log form. What its nodes do follows CiA 301 and 402. Must not: write a file, or know what
-the program says of them.
+A capture is text in candump's log form. What its nodes do follows CiA 301 and 402. The files that the pages for users
+name are in `demo/`, under their names in the checkout. Must not: write a file, or know what the program says of them.
 """
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Final
 
 _BEGIN: Final = 1_700_000_000.0
@@ -140,3 +141,28 @@ EXAMPLES: Final[Mapping[str, Callable[[], str]]] = {
     "all-well.log": _healthy,
 }
 """How each capture is made, by the name of its file."""
+
+DEMO: Final = Path(__file__).with_name("demo")
+_NAMES: Final[Mapping[str, str]] = {
+    "capture.log": "samples/network/sync-and-pdos.log",
+    "boot.log": "samples/network/sync-and-pdos.log",
+    "machine1.log": "samples/network/sync-and-pdos.log",
+    "machine2.log": "samples/network/remapping.log",
+    "other-firmware.log": "samples/od/other-firmware.log",
+    "good.log": "samples/network/drive-states.log",
+    "captures/good.log": "samples/network/sync-and-pdos.log",
+    "captures/zephyr.log": "samples/zephyr-sdo.log",
+    "captures/late.log": "samples/rules/HBT001.log",
+    "part1.log": "samples/rules/HBT001.log",
+    "part2.log": "samples/rules/HBT001.clean.log",
+    "drive.eds": "eds/drive.eds",
+    "encoder.eds": "eds/encoder.eds",
+    "io.eds": "eds/io.eds",
+}
+"""Names that pages use, and the files that are there under them."""
+
+
+def of_pages() -> dict[str, bytes]:
+    """Return the files that the examples on the pages need beside the five captures, by their names."""
+    files = {path.relative_to(DEMO).as_posix(): path.read_bytes() for path in sorted(DEMO.rglob("*")) if path.is_file()}
+    return {name: files[source] for name, source in _NAMES.items()} | files

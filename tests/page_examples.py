@@ -26,9 +26,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from captures import EDS, SAMPLES
+from captures import SAMPLES
 
-from canalyze.examples import EXAMPLES
+from canalyze.examples import EXAMPLES, of_pages
 from canalyze.pages import FOLDER
 from canalyze.words import LANGUAGES
 
@@ -38,20 +38,6 @@ PAGES = [README, *sorted(path for lang in LANGUAGES for path in (FOLDER / lang).
 """Every page for users."""
 
 _FENCE = re.compile(r"^```(\w+)?((?: [^\n]+)?)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-_ALIASES = {
-    "capture.log": "network/sync-and-pdos.log",
-    "boot.log": "network/sync-and-pdos.log",
-    "machine1.log": "network/sync-and-pdos.log",
-    "machine2.log": "network/remapping.log",
-    "other-firmware.log": "od/other-firmware.log",
-    "good.log": "network/drive-states.log",
-    "captures/good.log": "network/sync-and-pdos.log",
-    "captures/zephyr.log": "zephyr-sdo.log",
-    "captures/late.log": "rules/HBT001.log",
-    "part1.log": "rules/HBT001.log",
-    "part2.log": "rules/HBT001.clean.log",
-}
-"""Names that pages use, beside those of `canalyze examples`, and the samples that are there under them."""
 _DUCKDB = "import sys, duckdb; print(str(duckdb.sql(sys.stdin.read())).strip())"
 
 
@@ -121,16 +107,10 @@ def invocations(line: str) -> Iterator[list[str]]:
 
 
 def workspace(folder: Path) -> None:
-    """Put the files that pages name into a folder, and the commands into its bin/."""
-    for name, make in EXAMPLES.items():
-        (folder / name).write_text(make(), encoding="ascii")
-    for name, sample in _ALIASES.items():
-        (folder / name).parent.mkdir(exist_ok=True)
-        (folder / name).write_bytes((SAMPLES / sample).read_bytes())
-    for description in EDS.glob("*.eds"):
-        (folder / description.name).write_bytes(description.read_bytes())
-    for name in ("samples", "eds"):
-        (folder / name).symlink_to(ROOT / name)
+    """Put the files that `canalyze examples --pages` writes into a folder, and the commands into its bin/."""
+    for name, data in ({name: make().encode() for name, make in EXAMPLES.items()} | of_pages()).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
     (folder / "bin").mkdir()
     for name, module in (("canalyze", "canalyze"), ("pytest", "pytest -p no:cacheprovider")):
         script = folder / "bin" / name

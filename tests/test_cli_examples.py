@@ -8,10 +8,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from captures import SAMPLES
 from conftest import Runner
 from diagnoses import diagnosed
 
-from canalyze.examples import EXAMPLES
+from canalyze.examples import DEMO, EXAMPLES, of_pages
 
 TOLD = {
     "node-lost.log": [("node-silent", "open", 9)],
@@ -47,3 +48,23 @@ def test_they_are_written(canalyze: Runner, tmp_path: Path) -> None:
     assert canalyze("examples", "demo").code == 2
     assert canalyze("examples", "demo", "--force").code == 0
     assert canalyze("examples").code == 0 and (tmp_path / "all-well.log").exists()
+
+
+def test_the_files_of_the_pages_are_those_of_the_checkout() -> None:
+    copies = [path for path in DEMO.rglob("*") if path.is_file()]
+    assert len(copies) > 10
+    for path in copies:
+        assert path.read_bytes() == (SAMPLES.parent / path.relative_to(DEMO)).read_bytes(), path
+
+
+def test_the_files_of_the_pages_are_written(canalyze: Runner, tmp_path: Path) -> None:
+    done = canalyze("examples", "--pages", "demo", "--lang", "en")
+    assert done.code == 0 and f"and {len(of_pages())} files of the pages" in done.out.splitlines()
+    written = {
+        path.relative_to(tmp_path / "demo").as_posix() for path in (tmp_path / "demo").rglob("*") if path.is_file()
+    }
+    assert written == {*EXAMPLES, *of_pages()}
+    assert {"capture.log", "captures/late.log", "drive.eds", "samples/zephyr-sdo.log", "eds/drive.eds"} < written
+    assert canalyze("decode", "--eds", "5=demo/drive.eds", "demo/capture.log").code == 0
+    assert canalyze("examples", "--pages", "demo").code == 2
+    assert canalyze("examples", "--pages", "demo", "--force").code == 0

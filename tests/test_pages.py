@@ -274,6 +274,7 @@ def test_help_lists_every_topic() -> None:
     for topic in pages.TOPICS:
         assert f"  {topic} " in said
         assert pages.title(topic, "zh") in said
+    assert "canalyze examples --pages" in said.splitlines()[-1]
 
 
 def test_every_command_leads_to_a_page() -> None:

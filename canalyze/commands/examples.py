@@ -1,4 +1,4 @@
-"""`canalyze examples`: five small captures to try the program on, and what to type."""
+"""`canalyze examples`: five small captures to try the program on, and what to type; also all files of the pages."""
 
 from pathlib import Path
 
@@ -15,20 +15,19 @@ from canalyze.words import Words
 def command(words: Words) -> click.Command:
     """Build the command in one language."""
 
-    def run(directory: str | None, force: bool) -> int:
-        from canalyze.examples import EXAMPLES
+    def run(directory: str | None, pages: bool, force: bool) -> int:
+        from canalyze.examples import EXAMPLES, of_pages
 
         folder = Path(directory or ".")
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OutputError("output.write", name=folder, error=error) from error
         out = Output()
         for name, make in EXAMPLES.items():
-            path = str(folder / name)
-            with FileOutput(path, force=force) as file:
-                file.write(make().encode())
+            path = _write(folder / name, make().encode(), force=force)
             out.text(f"{wording.capture_name(path)}  {words.of('example', name.removesuffix('.log'))}\n")
+        if pages:
+            files = of_pages()
+            for name, data in files.items():
+                _write(folder / name, data, force=force)
+            out.text(words("examples.of_pages", count=len(files)) + "\n")
         first = wording.capture_name(str(folder / next(iter(EXAMPLES))))
         out.text(words("examples.next", file=first) + "\n")
         return 0
@@ -39,6 +38,18 @@ def command(words: Words) -> click.Command:
         run,
         [
             click.Argument(["directory"], required=False, type=ANY_PATH, metavar="DIR"),
+            click.Option(["--pages"], is_flag=True, help=words("examples.pages")),
             click.Option(["--force"], is_flag=True, help=words("opt.force")),
         ],
     )
+
+
+def _write(path: Path, data: bytes, *, force: bool) -> str:
+    """Write a file and the folder that it is in; return its name."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError("output.write", name=path.parent, error=error) from error
+    with FileOutput(str(path), force=force) as file:
+        file.write(data)
+    return str(path)

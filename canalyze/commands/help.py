@@ -27,7 +27,7 @@ def command(words: Words) -> click.Command:
         if topic is None:
             left = max(map(len, pages.TOPICS))
             lines = [f"  {name:<{left}}  {pages.title(name, words.lang)}" for name in pages.TOPICS]
-            out.text("\n".join([words("help.topics"), *lines]) + "\n")
+            out.text("\n".join([words("help.topics"), *lines, words("help.try_them")]) + "\n")
             return 0
         found = pages.topic_of(topic)
         if found is None:
