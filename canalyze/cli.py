@@ -141,7 +141,7 @@ def _run(args: list[str]) -> int:
         words = _words(config, notice=not _completes())
     group = Group(words)
     try:
-        if not args and not _completes():
+        if not args and not _completes() and not _of_a_pipe(args):
             complain_page(group, words)
             return 2
         return int(group.main(_renamed(_commanded(args)), prog_name="canalyze", standalone_mode=False, obj=config) or 0)
@@ -173,15 +173,34 @@ def _completes() -> bool:
 
 
 def _commanded(args: list[str]) -> list[str]:
-    """Put the command before files that come without one: they are diagnosed."""
+    """Put the command before files that come without one, or a pipe: they are diagnosed."""
     first = next((arg for arg in args if not arg.startswith("-") or arg == "-"), None)
-    if first is None or first in COMMANDS or _completes():
+    if first in COMMANDS or _completes():
+        return args
+    if _of_a_pipe(args):
+        return ["diagnose", *args]
+    if first is None:
         return args
     files = [arg for arg in args if arg == "-" or os.path.lexists(arg)]
     looks = os.sep in first or "." in first or any(sign in first for sign in "*?[")
     if first == args[0] and not looks and first not in files and _near(first):
         return args  # a command that is spelt wrong, before a file or not
     return ["diagnose", *args] if files or looks else args
+
+
+def _of_a_pipe(args: list[str]) -> bool:
+    """Return true if a capture comes through a pipe or from a file, and nothing but options is said of it."""
+    import stat
+
+    if (args and not args[0].startswith("-")) or _explains(args) or not {*args}.isdisjoint(COMMANDS):
+        return False
+    if any(os.path.lexists(arg) for arg in args):
+        return False
+    try:
+        mode = os.fstat(0).st_mode
+    except OSError:
+        return False
+    return stat.S_ISFIFO(mode) or stat.S_ISREG(mode) or stat.S_ISSOCK(mode)
 
 
 def _renamed(args: list[str]) -> list[str]:

@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import json
 import re
+import signal
+import subprocess
 from pathlib import Path
 
 import pytest
 from captures import SAMPLES, run_canalyze
-from conftest import Runner
+from conftest import Runner, command, environment
 from network_sessions import SESSIONS
+from processes import wait_until_idle
 from test_diagnosis import frames_of, lost
 
 from canalyze.output.layout import width
@@ -59,7 +62,42 @@ def test_a_command_that_is_spelt_wrong_is_no_file(canalyze: Runner, tmp_path: Pa
 
 def test_from_standard_input(canalyze: Runner) -> None:
     assert "node 5" in canalyze("-", "--lang", "en", stdin=lost(20)).out
-    assert canalyze("diagnose", "-", "-n", "1", stdin=lost(20)).code == 2
+    for args in ([], ["--all"], ["-n", "1"], ["-", "-n", "1"], ["diagnose", "-n", "1"], ["--since", "1"]):
+        done = canalyze(*args, "--lang", "en", stdin=lost(20))
+        assert (done.code, done.err) == (0, "") and "node 5" in done.out, args
+    whole = canalyze("lost.log", "--lang", "en", "-n", "1").out
+    piped = canalyze("-n", "1", "--lang", "en", stdin=lost(20)).out
+    assert piped == whole.replace("canalyze decode lost.log", "canalyze decode FILE")
+
+
+def test_from_a_file_as_standard_input(tmp_path: Path) -> None:
+    for args in ([], ["-n", "1"]):
+        with (tmp_path / "lost.log").open("rb") as stdin:
+            done = subprocess.run(
+                command(*args, "--lang", "en"), stdin=stdin, env=environment(), capture_output=True, check=False
+            )
+        assert (done.returncode, done.stderr) == (0, b"") and b"node 5" in done.stdout
+
+
+def test_what_came_until_a_signal_is_told_of(tmp_path: Path) -> None:
+    with subprocess.Popen(
+        command("-n", "1", "--lang", "en"), stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment()
+    ) as process:
+        assert process.stdin is not None and process.stdout is not None
+        process.stdin.write(lost(20))
+        process.stdin.flush()
+        wait_until_idle(process.pid)
+        process.send_signal(signal.SIGINT)
+        assert b"node 5" in process.stdout.read()
+        assert process.wait(30) == 130
+
+
+def test_a_pipe_with_what_is_no_option_or_no_capture(canalyze: Runner) -> None:
+    for args, said in ((["--bogus"], "no such option: --bogus"), (["decde"], "no such command"), ([], "stdin")):
+        done = canalyze(*args, "--lang", "en", stdin=b"")
+        assert (done.code, done.out, len(done.complaints)) == (2, "", 1) and said in done.err
+    assert canalyze("--help", "--lang", "en", stdin=lost(20)).out.startswith("Usage: canalyze [OPTIONS] COMMAND")
+    assert canalyze("--version", stdin=lost(20)).out.startswith("canalyze ")
 
 
 @pytest.mark.parametrize("lang", ["zh", "en"])

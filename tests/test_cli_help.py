@@ -1,10 +1,12 @@
 """Help, version, language and usage errors."""
 
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
-from conftest import Runner
+from conftest import Runner, command, environment
+from test_cli_terminal import on_terminal
 
 COMMANDS = (
     "decode",
@@ -121,10 +123,14 @@ def test_commands_are_grouped(canalyze: Runner) -> None:
     assert {"查看记录", "实时监听", "检查和比较", "文件"} <= set(sections(canalyze("--help").out))
 
 
-def test_no_command_is_wrong_usage(canalyze: Runner) -> None:
-    done = canalyze()
-    assert (done.code, done.out) == (2, "")
-    assert done.err.startswith("用法：canalyze ")
+def test_no_command_is_wrong_usage(tmp_path: Path) -> None:
+    done = subprocess.run(
+        command(), stdin=subprocess.DEVNULL, cwd=tmp_path, env=environment(), capture_output=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (2, b"")
+    assert done.stderr.decode().startswith("用法：canalyze ")
+    code, shown = on_terminal(tmp_path)
+    assert code == 2 and shown.decode().startswith("用法：canalyze ")
 
 
 def test_version(canalyze: Runner) -> None:

@@ -108,8 +108,9 @@ def test_the_option(canalyze: Runner, tmp_path: Path) -> None:
     assert "heartbeat of node 5" in text and "节点5的心跳" in text
     assert canalyze("lost.log", "--html", "page.html").code == 2
     assert canalyze("lost.log", "--html", "page.html", "--force").code == 0
-    assert canalyze("-", "--html", "other.html", stdin=lost(20)).code == 2
-    assert not (tmp_path / "other.html").exists()
+    assert canalyze("-", "--html", "-", stdin=lost(20)).code == 2
+    assert canalyze("--html", "other.html", "--lang", "en", stdin=lost(20)).code == 0
+    assert "node 5" in (tmp_path / "other.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("form", ["text", "jsonl"])

@@ -166,7 +166,8 @@ def parsed(arguments: list[str]) -> None:
     if not names or names[0] in ("COMMAND", "命令"):
         return
     if names[0] not in COMMANDS:
-        assert "." in names[0] or "/" in names[0], f"no command {names[0]}"
+        # A file, or options alone, before a pipe.
+        assert "." in names[0] or "/" in names[0] or arguments[0].startswith("-"), f"no command {names[0]}"
         arguments = ["diagnose", *arguments]
     command = group.get_command(click.Context(group), names[0] if names[0] in COMMANDS else "diagnose")
     assert command is not None

@@ -6,6 +6,8 @@ Exit codes: 0, whatever was found; with --fail-on 1 where such a problem is ther
 """
 
 import json
+import os
+import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -33,8 +35,8 @@ from canalyze.output import FileOutput, Output, Progress, jsonl, open_output, to
 from canalyze.output.help import Command
 from canalyze.problem import KEYS
 from canalyze.reports import diagnosis_read, wording
-from canalyze.running.run import Run
-from canalyze.sources.file import STDIN, total_size
+from canalyze.running.run import Interrupt, Run
+from canalyze.sources.file import CHUNK, STDIN, total_size
 from canalyze.sources.names import below, expanded
 from canalyze.sources.recordings import Span, recordings
 from canalyze.values import nanoseconds
@@ -75,13 +77,13 @@ def command(words: Words) -> click.Command:
         names = inputs(_listed(files), words)
         if expression is not None:  # what goes wrong is no matter of single frames
             raise click.UsageError(words("diagnose.no_filter"), click.get_current_context())
-        if html is not None and (STDIN in names or html == STDIN):
-            raise click.UsageError(words("diagnose.reads_again", option="--html"), click.get_current_context())
+        if html == STDIN:
+            raise click.UsageError(words("check.no_stdout", option="--html"), click.get_current_context())
         if frames is not None and html is None:
             raise click.UsageError(words("diagnose.frames_html"), click.get_current_context())
-        if number is not None and (STDIN in names or form != "text"):
-            key = "usage.text_only" if form != "text" else "diagnose.reads_again"
-            raise click.UsageError(words(key, option="-n"), click.get_current_context())
+        if number is not None and form != "text":
+            raise click.UsageError(words("usage.text_only", option="-n"), click.get_current_context())
+        signalled = _keep_stdin() if STDIN in names and (number is not None or html is not None) else 0
         chosen = diagnosis_text.Chosen(node, bus, since)
         with open_output(output, force=force, color=color) as out:
             found = [names] if join or given.get("merge") else _recordings(names, given, words, out)
@@ -109,21 +111,21 @@ def command(words: Words) -> click.Command:
                     _write_lines(shown, out)
                 elif whole is not None:
                     every, some = (diagnosis_text.of_buses(those) for those in (incidents, shown))
+                    named = tuple(name for name in names if name != STDIN)
                     if number is None:
-                        named = tuple(name for name in names if name != STDIN)
                         diagnosis_text.show(some, whole, out, words, named, everything=everything, chosen=chosen)
                     else:
                         by_id = {one["id"]: one for one in every}
                         near = diagnosis_read.near(one for _, one in diagnosis_text.tree(by_id[number], by_id))
                         lines = diagnosis_read.lines(_again(_Reading(names, given, stamps, words), words), near)
-                        diagnosis_text.tell(number, every, whole, lines, out, words, names)
+                        diagnosis_text.tell(number, every, whole, lines, out, words, named)
             if html is not None and whole is not None:
                 reading = _Reading(names, given, stamps, words)
                 _write_page(html, reading, incidents, whole, every=frames == "all", force=force)
             told(code, out, words, stream=total is None, some=whole is not None)
             if whole is None:
                 out.drop()
-        return code or int(_fails(shown, fail_on))
+        return code or signalled or int(_fails(shown, fail_on))
 
     return Command(
         "diagnose",
@@ -310,10 +312,41 @@ def _write_page(
         file.write(page(told_of, name, reading.words.lang))
 
 
+def _keep_stdin() -> int:
+    """Let standard input be read again: a pipe is read to its end, or to a signal, into a file without a name.
+
+    Return the exit code that the signal asks for, 0 without one.
+    """
+    if _is_seekable():
+        return 0
+    from tempfile import TemporaryFile
+
+    with TemporaryFile() as kept, Interrupt() as interrupt:
+        try:
+            while data := interrupt.during(lambda: os.read(0, CHUNK)):
+                kept.write(data)
+            kept.flush()
+            os.dup2(kept.fileno(), 0)
+        except OSError as error:
+            raise SourceError("source.read", name="stdin", error=error) from error
+    os.lseek(0, 0, os.SEEK_SET)
+    return 128 + interrupt.signal if interrupt.signal else 0
+
+
+def _is_seekable() -> bool:
+    try:
+        os.lseek(0, 0, os.SEEK_CUR)
+    except OSError:
+        return False
+    return stat.S_ISREG(os.fstat(0).st_mode)
+
+
 def _again(reading: _Reading, spoken: Words) -> "diagnosis_read.Read":
     """Return what reads the capture again in a language; what is to be complained of was told before."""
 
     def read(form: str, take: "Callable[[Session, bytes], None]", **settings: Any) -> "Session":
+        if STDIN in reading.names:
+            os.lseek(0, 0, os.SEEK_SET)
         session = open_session(spoken, reading.given, format=form, stamps=reading.stamps, **settings)
         progress = Progress(reading.words, Output(), total_size(reading.names))
         run = Run(session, spoken, progress, lambda result: take(session, result), reading.given, tell=lambda _: None)
