@@ -16,7 +16,8 @@ pytest.register_assert_rewrite("reader_suite", "capture_frames")
 
 
 def pytest_configure() -> None:
-    """Lets what tests start be hung up, also where they run behind the terminal's back and are not."""
+    """Lets what tests start be hung up, also where they run behind the terminal's back; hides the user's own file."""
+    os.environ["XDG_CONFIG_HOME"] = os.devnull
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
 

@@ -1,10 +1,11 @@
-"""canalyze.toml, CANALYZE_LANG and the global options -> one frozen Config.
+"""canalyze.toml, CANALYZE_LANG, the user's own file and the global options -> one frozen Config.
 
 The only place that decides the language. It must not print: what is wrong is a ConfigError, worded by who shows it.
 """
 
 import os
 import re
+import sys
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from canalyze.configuration import network
@@ -31,7 +32,7 @@ class Config(NamedTuple):
 
 
 def settle(lang: str | None, file: str | None) -> Config:
-    """Decide by option, CANALYZE_LANG and file, in that order; raise ConfigError for what cannot be."""
+    """Decide by option, CANALYZE_LANG, file and the user's file, in that order; ConfigError for what cannot be."""
     given = language(lang)
     if lang is not None and given is None:
         raise ConfigError("config.lang_option", value=lang or '""')
@@ -39,7 +40,7 @@ def settle(lang: str | None, file: str | None) -> Config:
     if lang is None and wanted is not None and language(wanted) is None:
         raise ConfigError("config.lang_env", value=wanted)
     filed = read(file)  # always: a broken file is said even where another choice wins
-    choice = given or language(wanted) or (filed.lang if filed.chosen else None)
+    choice = given or language(wanted) or (filed.lang if filed.chosen else own_language())
     return Config(lang=choice or "zh", chosen=choice is not None, known=filed.known, check=filed.check)
 
 
@@ -53,6 +54,26 @@ def language(value: str | None) -> str | None:
     """Give the language that is meant by one of LANGUAGES in any case, or by a locale such as zh_CN.UTF-8."""
     name = re.split("[_.@-]", value or "", maxsplit=1)[0].lower()
     return name if name in LANGUAGES else None
+
+
+def own_file() -> str | None:
+    """Return where the user's own file would be; None where the system has no place for it."""
+    if sys.platform == "win32":
+        folder = os.environ.get("APPDATA", "")
+    else:
+        folder = os.environ.get("XDG_CONFIG_HOME") or os.path.expanduser("~/.config")  # noqa: PTH111 - as in `sources.file`
+    return f"{folder}/canalyze/config.toml" if os.path.isabs(folder) else None  # noqa: PTH117
+
+
+def own_language() -> str | None:
+    """Return the language in the user's own file; None without one. ConfigError if there is anything else in it."""
+    file = own_file()
+    if file is None or not os.path.lexists(file):
+        return None
+    found = read(file)
+    if found != Config(lang=found.lang, chosen=found.chosen):
+        raise ConfigError("config.only_lang", file=file)
+    return found.lang if found.chosen else None
 
 
 def read(file: str | None) -> Config:
