@@ -16,6 +16,8 @@ TOPICS: Final[Mapping[str, tuple[str, ...]]] = {
     "od": ("od",),
     "summary": ("summary",),
     "diagnosis": ("diagnose", "examples"),
+    "standstill": (),
+    "recording": (),
     "live": ("sniff",),
     "monitor": ("monitor",),
     "timeline": ("view",),
