@@ -64,7 +64,7 @@ class Folder:
                 yield f"{path.relative_to(self._root).as_posix()}  {path.stat().st_size}"
 
     def diagnose(self, capture: str, **options: Any) -> Iterator[str]:
-        """Return the report, and what is to be told of the file."""
+        """Return the report, and the complaints about the file."""
         opened = self._opened(capture, **options)
         yield from str(canalyze.diagnose(opened)).splitlines()
         yield from opened.complaints

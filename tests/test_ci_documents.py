@@ -1,4 +1,4 @@
-"""What the repository says to other programs that run it: workflows, an action, a hook, and snippets on its pages.
+"""The files by which other programs run this one: workflows, an action, a hook, and snippets on its pages.
 
 Each is valid by the consumer's schema, and the commands of the snippets do what the page says. What it must not do:
 know what `check` writes; its own tests do.

@@ -79,7 +79,7 @@ def test_from_a_file_as_standard_input(tmp_path: Path) -> None:
         assert (done.returncode, done.stderr) == (0, b"") and b"node 5" in done.stdout
 
 
-def test_what_came_until_a_signal_is_told_of(tmp_path: Path) -> None:
+def test_a_signal_ends_the_reading_of_a_pipe_not_the_report(tmp_path: Path) -> None:
     with subprocess.Popen(
         command("-n", "1", "--lang", "en"), stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment()
     ) as process:

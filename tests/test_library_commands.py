@@ -1,4 +1,4 @@
-"""What the library's functions of the commands' names give is what the commands print; also drawing, and short names.
+"""The functions that are named as commands give what those print; drawing; short names.
 
 Must not: know what a capture means; the commands' own tests do.
 """
@@ -161,7 +161,7 @@ def test_what_is_neither_text_nor_integers(value: Any) -> None:
 
 
 class Axes:
-    """What matplotlib's axes would be told."""
+    """Takes what matplotlib's axes would be given."""
 
     x: list[Any]
     y: list[Any]

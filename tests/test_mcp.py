@@ -72,7 +72,7 @@ def talk(folder: Path, with_client: Talk, lang: str = "en") -> Any:
 
 
 def answers(folder: Path, *asked: tuple[str, dict[str, Any]], lang: str = "en") -> list[tuple[str, bool]]:
-    """The texts of answers, and whether each is an error."""
+    """The texts of answers; true if one is an error."""
 
     async def ask(client: Any) -> list[tuple[str, bool]]:
         results = [await client.call_tool(name, arguments) for name, arguments in asked]

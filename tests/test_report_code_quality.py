@@ -58,9 +58,11 @@ def test_any_report_is_valid(seeds: range, lang: str) -> None:
         verdicts = hostile(seed)
         found = report(*verdicts, lang=lang)
         assert len({entry["fingerprint"] for entry in found}) == len(found), "GitLab shows one of a fingerprint"
-        told = sum(verdict.error is not None for verdict in verdicts)
-        told += sum(len(verdict.failures) + sum(not other.known for other in verdict.others) for verdict in verdicts)
-        assert len(found) == told
+        expected = sum(verdict.error is not None for verdict in verdicts)
+        expected += sum(
+            len(verdict.failures) + sum(not other.known for other in verdict.others) for verdict in verdicts
+        )
+        assert len(found) == expected
         assert all(entry["description"].isprintable() for entry in found)
 
 

@@ -25,7 +25,7 @@ def text(*verdicts: Verdict, lang: str = "en") -> str:
 
 
 def tokens(document: str) -> list[Any]:
-    """What a reader finds, blocks and what is in their lines."""
+    """The tokens of a reader: blocks, and those in their lines."""
     found = []
     for token in MarkdownIt("commonmark").enable("table").parse(document):
         found += [token, *(token.children or [])]
@@ -87,7 +87,7 @@ def test_what_cannot_be_read_or_was_not_judged_says_why() -> None:
     assert "- gone.log: no such file" in document.splitlines()
 
 
-def test_nobody_is_mentioned_and_nothing_is_a_link() -> None:
+def test_no_person_is_mentioned_and_nothing_is_a_link() -> None:
     said = "@team see https://example.org www.example.org #7 :tada: $x$ <b>"
     document = text(Verdict("@team.log", (one(replace(FINDING, message=said, lines=())),), error="@team"))
     assert "- @\u2060team" in document.splitlines()
@@ -99,10 +99,10 @@ def test_a_long_document_says_what_it_leaves_out() -> None:
     document = text(*verdicts)
     assert len(document) <= MOST
     shown = len(cells(document)) // 3
-    told = document.count("### ")
-    assert 100 < shown < 1000 and 10 < told < 1000
+    detailed = document.count("### ")
+    assert 100 < shown < 1000 and 10 < detailed < 1000
     assert f"{1000 - shown} more files are not in the table" in document
-    assert document.endswith(f"the details of {1000 - told} more files are left out to keep this short")
+    assert document.endswith(f"the details of {1000 - detailed} more files are left out to keep this short")
     without = text(*(Verdict(f"{number}.log", (one(count=1),)) for number in range(10)))
     assert "left out" not in without and "not in the table" not in without
 

@@ -305,11 +305,12 @@ def _write_page(
     from canalyze.reports.diagnosis_html import page
 
     with FileOutput(html, force=force) as file:
-        told_of = {
-            lang: diagnosis_read.told(_again(reading, Words(lang)), incidents, whole, every=every) for lang in LANGUAGES
+        contents = {
+            lang: diagnosis_read.content(_again(reading, Words(lang)), incidents, whole, every=every)
+            for lang in LANGUAGES
         }
         name = ", ".join(wording.capture_name(name) for name in reading.names)
-        file.write(page(told_of, name, reading.words.lang))
+        file.write(page(contents, name, reading.words.lang))
 
 
 def _keep_stdin() -> int:
@@ -342,7 +343,7 @@ def _is_seekable() -> bool:
 
 
 def _again(reading: _Reading, spoken: Words) -> "diagnosis_read.Read":
-    """Return what reads the capture again in a language; what is to be complained of was told before."""
+    """Return a reader of the capture in a language; it complains of nothing again."""
 
     def read(form: str, take: "Callable[[Session, bytes], None]", **settings: Any) -> "Session":
         if STDIN in reading.names:

@@ -276,10 +276,9 @@ class Capture:
 
         one_of("frames", frames, ("near", "all"))
         *records, whole = self.diagnosed
-        told = {
-            lang: diagnosis_read.told(self._reader(lang), records, whole, every=frames == "all") for lang in LANGUAGES
-        }
-        return page(told, self.name, self.lang).decode("utf-8")
+        every = frames == "all"
+        contents = {lang: diagnosis_read.content(self._reader(lang), records, whole, every=every) for lang in LANGUAGES}
+        return page(contents, self.name, self.lang).decode("utf-8")
 
     def snapshot(self) -> str:
         """Give what the capture shows as text that two recordings of the same session share: no times, no bus loads."""
@@ -340,7 +339,7 @@ class Capture:
                 yield from event.objects(result)
 
     def _reader(self, lang: str) -> "Read":
-        """Return what reads all of it in a language."""
+        """Return a reader of all of it in a language."""
 
         def read(form: str, take: "Callable[[Session, bytes], None]", **settings: Any) -> "Session":
             session = self._plan.session(form, lang=lang, **settings)

@@ -22,7 +22,7 @@ ObjectLike: TypeAlias = str | int | tuple[int, int]
 
 _SHOWN: Final = 3
 _LEAST: Final = 0x1000
-"""What is below is a decimal index by mistake; there are only data types."""
+"""The least index of an object; a lower one is rather a decimal number by mistake."""
 
 
 class Rows(Tabular, Sequence[T]):

@@ -1,4 +1,4 @@
-"""What is read of a capture for its diagnosis, by whoever has it: the problems, lines of frames, what is beside them.
+"""The records of a capture that its diagnosis needs: the problems, lines of frames, the content of a page.
 
 A reader is handed over, so that commands and the library have it read in their own ways. Must not: judge.
 """
@@ -60,8 +60,8 @@ def lines(read: Read, wanted: set[int] | None) -> dict[int, str]:
     return kept
 
 
-def told(read: Read, incidents: Sequence[Record], whole: Record, *, every: bool) -> "Told":
-    """Return what a page has in the language of `read`, which reads twice. every: with all frames."""
+def content(read: Read, incidents: Sequence[Record], whole: Record, *, every: bool) -> "Told":
+    """Return the content of a page in the language of `read`, which reads twice. every: with all frames."""
     from canalyze.reports.diagnosis_html import Told
     from canalyze.reports.diagnosis_lanes import SIGNALS, TABLES, Gatherer
 

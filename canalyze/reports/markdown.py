@@ -21,48 +21,48 @@ _CHECKS: Final = 3
 _LAST: Final = 200
 """Characters that are kept for the sentence on what is left out."""
 _MARKUP: Final = re.compile(r"([\\`*_{}\[\]<>#&|~$!]|^[-+=]|(?<=\d)[.)](?=\s|$)|:(?=//)|(?<=www)\.)", re.I)
-"""What is markup, in a line or at its begin, and what makes a link of the words around it."""
+"""Markup within a line or at its start, and the signs that make links."""
 
 
 def lines(verdicts: Sequence[Verdict], words: Words) -> Iterator[str]:
     """Return the lines of the document, without line ends."""
     report = check_text.Report(words, Output())
     *further, total = report.totals(verdicts)
-    told = [verdict for verdict in verdicts if not _is_clean(verdict)]
+    listed = [verdict for verdict in verdicts if not _is_clean(verdict)]
     document = [f"## canalyze check: {_text(total)}", ""]
-    if told:
-        document += _table(told, report, words)
-    if clean := len(verdicts) - len(told):
+    if listed:
+        document += _table(listed, report, words)
+    if clean := len(verdicts) - len(listed):
         document += [_text(words("check.clean_files", files=clean)), ""]
     if further and _length(document) + sum(map(len, further)) * 2 < _MOST // 2:
         document += [*(f"- {_text(said)}" for said in further), ""]
     left = _MOST - _length(document) - _LAST
     yield from document
-    for place, verdict in enumerate(told):
+    for place, verdict in enumerate(listed):
         for bare in (False, True):
             block = list(_block(verdict, report, words, bare=bare))
             if _length(block) <= left:
                 break
         else:
-            yield _text(words("check.cut", files=len(told) - place))
+            yield _text(words("check.cut", files=len(listed) - place))
             return
         left -= _length(block)
         yield from block
 
 
 def _is_clean(verdict: Verdict) -> bool:
-    """Return true if there is nothing to be told of a capture."""
+    """Return true if a capture needs no row."""
     shown = verdict.failed or verdict.stories or check_text.unjudged(verdict)
     return verdict.error is None and verdict.judged and not shown
 
 
-def _table(told: Sequence[Verdict], report: check_text.Report, words: Words) -> Iterator[str]:
+def _table(listed: Sequence[Verdict], report: check_text.Report, words: Words) -> Iterator[str]:
     """Return a row a capture, as many as take a third of the document."""
     yield f"| {words('check.column_capture')} | {words('check.column_frames')} | {words('check.column_result')} |"
     yield "|---|---:|---|"
     left = _MOST // 3
     shown = 0
-    for verdict in told:
+    for verdict in listed:
         result = report.result(verdict) if verdict.frames or verdict.error is None else words("check.unreadable")
         row = f"| {_code(wording.capture_name(verdict.file), cell=True)} | {verdict.frames} | {_text(result)} |"
         left -= len(row) + 1
@@ -71,7 +71,7 @@ def _table(told: Sequence[Verdict], report: check_text.Report, words: Words) -> 
         shown += 1
         yield row
     yield ""
-    if more := len(told) - shown:
+    if more := len(listed) - shown:
         yield _text(words("check.more_files", files=more))
         yield ""
 
