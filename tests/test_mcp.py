@@ -59,13 +59,13 @@ Talk = Callable[[Any], Awaitable[Any]]
 def talk(folder: Path, with_client: Talk, lang: str = "en") -> Any:
     """Start the server as an agent's program does, and talk to it."""
     from mcp.client.client import Client
-    from mcp.client.stdio import StdioServerParameters
+    from mcp.client.stdio import StdioServerParameters, stdio_client
 
     program, *arguments = command("mcp", "--lang", lang, str(folder))
     server = StdioServerParameters(command=program, args=arguments, env={"PYTHONPATH": str(ROOT)}, cwd=str(folder))
 
     async def run() -> Any:
-        async with Client(server, read_timeout_seconds=60) as client:
+        async with Client(stdio_client(server), read_timeout_seconds=60) as client:
             return await with_client(client)
 
     return asyncio.run(run())
