@@ -15,7 +15,7 @@ PACKAGE = TESTS.parent / "canalyze"
 SAID = {"errors", "words"}
 READ = {*SAID, "_core", "sources.compression", "sources"}
 MAY_USE: dict[str, set[str]] = {
-    "words": set(),
+    "words": {"_core"},
     "configuration": set(),
     "running": set(),
     "output.layout": set(),
