@@ -110,13 +110,12 @@ class Dictionary:
             mappable into a PDO; unit, "" if there is none; factor: physical value = value * factor, 1.0 if none.
         ValueError for a form, an access or a number that is none of these.
         """
-    def pdos(
-        self, dummies: Sequence[int]
-    ) -> tuple[list[Pdo], list[tuple[str, int, int | None, list[tuple[str, int | str]]]]]:
-        """The PDOs that it presets: RPDOs, then TPDOs, by number; and what does not agree with the rest of it.
+    file: str
+    """Its name, for provenance."""
+    def pdos(self, dummies: Sequence[int]) -> list[Pdo]:
+        """The PDOs that it presets: RPDOs, then TPDOs, by number.
 
-        dummies: codes of data types that may be mapped to skip bits, beside numbers without a sign. Each defect: code,
-        index, sub-index (None: of the whole object), what fills its sentence.
+        dummies: codes of data types that may be mapped to skip bits, beside numbers without a sign.
         """
 
 @final
@@ -172,11 +171,86 @@ class CobId:
     def at(self, node: int | None) -> int | None:
         """Give the identifier for a node; None if that needs a node-ID and there is none."""
 
-def pdo_parameters(direction: str, number: int) -> tuple[int, int, str]:
-    """Of a PDO the indices of communication and mapping parameter, and the COB-ID that it has where nothing says so.
+def mapping_parameter(direction: str, number: int) -> int:
+    """Give the index of the mapping parameter of a PDO; direction: rpdo | tpdo."""
 
-    The COB-ID as a description writes it: `$NODEID+0x180`, or 0x80000000 for a PDO that does not exist until it is
-    configured.
+class DescriptionError(Exception):
+    """Why a file is no description."""
+
+    args: tuple[str, dict[str, int | str]]
+    """The key of the sentence in `words`, and what fills it beside the file's name."""
+
+_FiledValue = int | float | str | bytes | tuple[int] | None
+"""A value of a description; a tuple holds what is added to the node-ID."""
+
+def description(
+    content: bytes, file: str
+) -> tuple[
+    Literal["eds", "dcf", "xdd", "concise"],
+    str,
+    tuple[str, str, str, str, str, str, str],
+    tuple[
+        str | None,
+        int | None,
+        str | None,
+        int | None,
+        int | None,
+        str | None,
+        tuple[int, ...],
+        int | None,
+        int | None,
+        bool | None,
+    ],
+    tuple[str, ...],
+    int | None,
+    str,
+    int | None,
+    list[
+        tuple[
+            int,
+            str,
+            int,
+            list[
+                tuple[
+                    int,
+                    int,
+                    str,
+                    int,
+                    Literal["ro", "wo", "rw", "rwr", "rww", "const"],
+                    _FiledValue,
+                    _FiledValue,
+                    bool,
+                    int | float | None,
+                    int | float | None,
+                    str,
+                    float,
+                    int,
+                ]
+            ],
+            int,
+        ]
+    ],
+    list[int],
+    Dictionary,
+    list[Pdo],
+    list[tuple[int, str, dict[str, object]]],
+]:
+    """Read a description of any form; file: its name for provenance. DescriptionError for what is none.
+
+    Form, encoding, the fields of `FileInfo`, of `Device`, comments, node-ID, name of the node, bit rate, objects with
+    the fields of `Object` and `Entry`, dummies, table, PDOs, defects with the fields of `Defect`: all as
+    `dictionary.model` documents them.
+    """
+
+def is_description(head: bytes) -> bool:
+    """Tell whether a file that begins like this is a description and no capture."""
+
+def configured(
+    content: bytes, values: Mapping[tuple[int, int], bytes], node: int, keys: Sequence[tuple[str, str]]
+) -> tuple[str, list[tuple[int, int]]]:
+    """Put values, as SDO transfers them, into a description: the text of a DCF, and the addresses that it cannot hold.
+
+    keys: of [FileInfo]. DescriptionError where `content` is no description.
     """
 
 def standard_object(index: int, sub: int, profile: int, lang: str) -> tuple[str | None, str | None]:

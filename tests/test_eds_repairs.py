@@ -163,12 +163,12 @@ def test_compact_beside_an_explicit_sub() -> None:
     assert (name(found, sub=3), default(found, sub=3), default(found, sub=4)) == ("own", 9, 3)
 
 
-def test_compact_cannot_blow_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("canalyze.dictionary.objects._MOST_ENTRIES", 300)
+def test_compact_cannot_blow_up() -> None:
     keys = "ParameterName=x\nObjectType=8\nDataType=5\nAccessType=ro\nCompactSubObj=254\n"
-    found = load(f"[2000]\n{keys}[2001]\n{keys}[2002]\n{keys}")
-    assert [len(thing.entries) for thing in found.objects] == [255, 45]
-    assert [code for _, code in codes(found)] == ["unlisted", "too-many", "unlisted", "too-many"]
+    found = load("".join(f"[{index:04X}]\n{keys}" for index in range(0x2000, 0x2000 + 119)))
+    assert [len(thing.entries) for thing in found.objects] == [*[255] * 117, 165]
+    assert [code for _, code in codes(found)][-4:] == ["unlisted", "too-many", "unlisted", "too-many"]
+    assert {defect.facts["most"] for defect in found.defects if defect.code == "too-many"} == {30_000}
 
 
 SIMPLE = "[2000]\nParameterName=x\nDataType=7\nAccessType=rw\nDefaultValue=1\nParameterValue=2\n"

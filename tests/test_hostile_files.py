@@ -19,7 +19,6 @@ from canalyze import _core
 from canalyze.check.globs import Glob
 from canalyze.configuration.bounded import MOST
 from canalyze.dictionary import read
-from canalyze.dictionary.ini import parse
 
 MEMORY = 1 << 30
 """Bytes of address space; Python, the core and python-canopen take a third."""
@@ -269,6 +268,23 @@ HOSTILE_EDS = {
 }
 
 
+HOSTILE_OBJECT = '<CANopenObject index="1000" objectType="7" dataType="0007" accessType="ro" name="x"/>'
+HOSTILE_XDD = {
+    "attributes": "<a " + " ".join(f'a{number}=""' for number in range(500_000)) + f">{HOSTILE_OBJECT}</a>",
+    "depth": "<a>" * 1_000_000 + HOSTILE_OBJECT + "</a>" * 1_000_000,
+    "references": f"<a>{HOSTILE_OBJECT}" + "&#65;" * 1_000_000 + "</a>",
+    "objects": f"<a>{HOSTILE_OBJECT * 80_000}</a>",
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE_XDD)
+def test_a_hostile_document_is_read(tmp_path: Path, name: str) -> None:
+    (tmp_path / "hostile.xdd").write_text(HOSTILE_XDD[name], newline="")
+    code, out, err = bounded(tmp_path, "eds", "hostile.xdd", "--format", "jsonl")
+    assert (code, err) == (0, ""), err[-500:]
+    assert '"index": "1000"' in out
+
+
 @pytest.mark.parametrize("name", HOSTILE_EDS)
 def test_a_hostile_description_is_read_or_refused(tmp_path: Path, name: str) -> None:
     (tmp_path / "hostile.eds").write_text(HOSTILE_EDS[name], newline="")
@@ -314,10 +330,10 @@ def test_a_description_without_end_is_one_line(tmp_path: Path, name: str) -> Non
     ids=repr,
 )
 def test_lines_end_as_any_system_ends_them(text: str) -> None:
-    keyed = "[s]\n" + re.sub("[a-z]", lambda match: f"{match[0]}=1", text)
-    found = {key.name: key.line for key in parse(keyed).sections["s"].keys.values()}
+    keyed = "[1000]\nParameterName=x\nDataType=7\nAccessType=ro\n" + text
+    found = {defect.line: defect.facts["text"] for defect in read(keyed.encode(), "x.eds").defects if defect.line}
     lines = re.split(r"\r*\n|\r", keyed)
-    assert found == {line[0]: number for number, line in enumerate(lines, 1) if line[1:] == "=1"}
+    assert found == {number: line for number, line in enumerate(lines[4:], 5) if line}
 
 
 XDD = (

@@ -24,7 +24,7 @@ from canalyze.dictionary import contents, read
 from canalyze.dictionary.dcf import configured
 from canalyze.dictionary.model import Dictionary
 from canalyze.dictionary.skeleton import skeleton
-from canalyze.dictionary.values import REAL, spelled
+from canalyze.dictionary.values import REAL, decoded
 
 SESSIONS = [*sorted((SAMPLES / "network").glob("*.log")), *sorted((SAMPLES / "stacks").glob("*.log"))]
 WIDTHS = {kind: width for kind, (_, width) in DATA_TYPES.items() if width}
@@ -123,8 +123,7 @@ def test_any_description_takes_values(eds: Path) -> None:
     got = parameters(after)
     for address, value in values.items():
         if address not in made.left_out:
-            signed = int(str(spelled(value, _entry(after, address).type)), 0)
-            assert got[address] == signed, address
+            assert got[address] == decoded(value, _entry(after, address).type), address
     kept = parameters(before)
     assert {address: got[address] for address in kept if address not in values} == {
         address: value for address, value in kept.items() if address not in values

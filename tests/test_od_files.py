@@ -20,8 +20,9 @@ from network_nodes import Account, Device, Timers
 from sdo_wire import Channel, segmented_download
 from test_od_dcf import SESSIONS, Address, written
 
+from canalyze._core import is_description
 from canalyze.dictionary import load, read
-from canalyze.dictionary.concise import concise, entries
+from canalyze.dictionary.concise import concise
 
 UNSUPPORTED, CANNOT_BE_CHANGED = 0x0601_0000, 0x0609_0030
 IN_USE = 0x8000_0000
@@ -107,7 +108,7 @@ def test_replayed_it_makes_the_device_what_it_was(log: Path, node: int, tmp_path
             mapped = [f"{index:04X}:{sub:02X}" for (index, sub), _ in target.mapping(0x1A00, number)]
             assert (f"TPDO{number}", *mapped) in sent
     # Ours reads the same, and shows it as a description without defects; the DCF says the same.
-    assert entries(files[0].read_bytes()) == order
+    assert list(steps(files[0].read_bytes())) == order
     found, dcf = load(str(files[0])), load(str(files[2]))
     assert (found.form, found.defects) == ("concise", ())
     assert sum(len(thing.entries) for thing in found.objects) == len(truth)
@@ -161,11 +162,11 @@ def test_the_order() -> None:
 
 def test_what_is_none() -> None:
     whole = concise({(0x1017, 0): b"\x64\0", (0x2000, 1): b"text that is long"})
-    assert entries(whole) is not None
+    assert is_description(whole) and read(whole, "x").form == "concise"
     for other in (b"", whole[:-1], whole + b"\0", b"\3" + whole[1:], b"\0\0\0\0", whole[:4] + b"\1\0" + whole[6:]):
-        assert entries(other) is None
-    for name in ("eds/drive.eds", "samples/stacks/a2-selfstart-heartbeat.log"):
-        assert entries((EDS.parent / name).read_bytes()) is None
+        assert not is_description(other)
+    assert read((EDS.parent / "eds/drive.eds").read_bytes(), "x").form == "eds"
+    assert not is_description((EDS.parent / "samples/stacks/a2-selfstart-heartbeat.log").read_bytes())
 
 
 def test_types_are_those_of_the_standard_where_they_fit() -> None:

@@ -311,7 +311,7 @@ def _is_of_mapping(index: int) -> bool:
 
 def _mapping(found: Dictionary, pdo: _core.Pdo, node: int, seen: Mapping[Address, Record]) -> Iterator[Difference]:
     """The mapping of a PDO is one thing, of whose entries those are compared that the traffic shows."""
-    index = _core.pdo_parameters(pdo.direction, pdo.number)[1]
+    index = _core.mapping_parameter(pdo.direction, pdo.number)
     thing = found.object(index)
     if thing is None:
         return
@@ -362,7 +362,7 @@ def _length(
 
     A receiver takes what is longer than its mapping.
     """
-    index = _core.pdo_parameters(pdo.direction, pdo.number)[1]
+    index = _core.mapping_parameter(pdo.direction, pdo.number)
     known = any(one["values"] or one["unconfirmed"] for (at, _), one in seen.items() if at == index)
     cob = seen.get((pdo.communication, 1))
     can_id = pdo.cob_id.at(node)

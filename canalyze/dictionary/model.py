@@ -17,7 +17,7 @@ Form = Literal["eds", "dcf", "xdd", "concise"]
 Address = tuple[int, int]
 """Index and sub-index."""
 
-NULL, DOMAIN, DEFTYPE, DEFSTRUCT, VAR, ARRAY, RECORD = 0, 2, 5, 6, 7, 8, 9
+ARRAY, RECORD = 8, 9
 """Object codes, CiA 301 7.4.3."""
 
 
@@ -66,7 +66,7 @@ class Object(NamedTuple):
     index: int  # type: ignore[assignment]  # of a tuple it is a method
     name: str
     code: int
-    """Object code: DOMAIN, VAR, ARRAY or RECORD."""
+    """Object code: 2 (DOMAIN), 7 (VAR), ARRAY or RECORD."""
     entries: tuple[Entry, ...]
     """By sub-index, ascending."""
     line: int

@@ -81,8 +81,7 @@ def _pdos(objects: Sequence[Record]) -> "list[_core.Pdo]":
         for one in objects
         if isinstance(one["value"], int) and one["type_from"] in ("standard", "eds")
     ]
-    found, _ = _core.Dictionary(file="", form="dcf", device="", rows=rows).pdos(range(1, 0x20))
-    return found
+    return _core.Dictionary(file="", form="dcf", device="", rows=rows).pdos(range(1, 0x20))
 
 
 def _device(node: Record, pdos: "Sequence[_core.Pdo]") -> _Keys:
@@ -100,7 +99,7 @@ def _device(node: Record, pdos: "Sequence[_core.Pdo]") -> _Keys:
 
 
 def _mapping(pdo: "_core.Pdo") -> int:
-    return _core.pdo_parameters(pdo.direction, pdo.number)[1]
+    return _core.mapping_parameter(pdo.direction, pdo.number)
 
 
 def _entries(objects: Sequence[Record], pdos: "Sequence[_core.Pdo]") -> dict[tuple[int, int], _Keys]:

@@ -1,13 +1,12 @@
-"""A description -> the flat table that the core reads frames by, and what the core finds in it.
+"""Objects of a description that a program has put together -> the flat table that the core reads frames by.
 
 Only a change of form: `$NODEID` stays unresolved, and what a mapping or a COB-ID means is the core's.
 """
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 
 from canalyze import _core
-from canalyze.dictionary.ini import Ini
 from canalyze.dictionary.model import Entry, NodeOffset, Object
 
 Row = tuple[int, int, str, int, str, int | None, bool, bool, bool, str, float]
@@ -43,14 +42,3 @@ def _row(entry: Entry) -> Row:
         entry.unit,
         entry.factor or 1.0,  # 0 would make every value 0: it stands for none
     )
-
-
-def pdos(of: _core.Dictionary, dummies: Iterable[int], objects: Mapping[int, Object], ini: Ini) -> list[_core.Pdo]:
-    """Let the core give the PDOs of a table; what in it does not agree with them is noted, each at its line."""
-    found, defects = of.pdos(list(dummies))
-    for code, index, sub, facts in defects:
-        thing = objects.get(index)
-        entry = thing.entry(sub) if thing and sub is not None else None
-        place = entry or thing
-        ini.complain(place.line if place else 0, code, **dict(facts))
-    return found

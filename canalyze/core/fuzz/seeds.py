@@ -187,6 +187,15 @@ def _settings(place: Path) -> None:
             (place / f"{path.name}.{number}").write_bytes(example[:LARGEST])
 
 
+def _descriptions(place: Path) -> None:
+    """The descriptions of `eds/`, and of samples, whole."""
+    place.mkdir(parents=True, exist_ok=True)
+    for path in sorted((SAMPLES.parent / "eds").iterdir()):
+        (place / path.name).write_bytes(path.read_bytes())
+    for path in sorted(path for path in SAMPLES.rglob("*") if path.suffix in {".eds", ".dcf", ".xdd"}):
+        (place / path.name).write_bytes(path.read_bytes())
+
+
 def main(corpus: Path) -> None:
     """Writes one seed of every sample for every target that takes it."""
     for path in sorted(SAMPLES.rglob("*.asc")):
@@ -196,6 +205,7 @@ def main(corpus: Path) -> None:
             (place / f"{path.name}.{options}").write_bytes((bytes([options]) + path.read_bytes())[:LARGEST])
     _mcap(corpus / "mcap")
     _settings(corpus / "settings")
+    _descriptions(corpus / "description")
     for path in sorted(SAMPLES.rglob("*")):
         if path.suffix not in {".log", ".candump"}:
             continue

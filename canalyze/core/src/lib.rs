@@ -20,7 +20,7 @@
 //!
 //! `bytes` (frames, readers, writers) -> `wire` (one frame by itself), `sdo` and `usdo` (transfers) -> `world` (objects,
 //! nodes, the bus) with `evidence` (what the recording did) -> `checks` and `rules` (findings) -> `problems` (problems) ->
-//! `views` and `tables` (output) -> `session` -> `python`. `words` has the languages. README.md of the crate has the way
+//! `views` and `tables` (output) -> `session` -> `python`. `words` has the languages, `settings` and `description` read files beside captures. README.md of the crate has the way
 //! of a frame and how to add to it; `tests/layers/` keeps which module uses which, `tests/rooms.rs` the size of a room.
 
 /// Returns the rows of a table in `words/`, which `build.rs` has checked and turned into Rust.
@@ -32,6 +32,7 @@ macro_rules! words {
 
 pub mod bytes;
 pub mod checks;
+pub mod description;
 pub mod evidence;
 pub mod problems;
 #[cfg(feature = "python")]

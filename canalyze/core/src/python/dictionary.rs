@@ -9,24 +9,16 @@ use pyo3::prelude::*;
 
 use super::{choose, language};
 use crate::sdo::wire::Mux;
-use crate::wire::pdo::{communication_parameter, mapping_parameter, predefined_id};
+use crate::wire::pdo;
 use crate::words::profiles::Profile;
 use crate::words::{terms, value};
 use crate::world::dictionary::{Access, Described, Dictionary as Table, Form, Object, Preset};
 use crate::world::od::DataType;
-use crate::world::preset::{self, Doubt, Doubted};
+use crate::world::preset;
 
 /// A row of a description: index, sub-index, name, type, access, value, relative to the node-ID, configured by a DCF,
 /// mappable, unit, factor.
 type ObjectRow = (u16, u8, String, u16, String, Option<i128>, bool, bool, bool, String, f64);
-/// Code of a defect, index, optional sub-index, and the facts of its sentence.
-type Defect = (&'static str, u16, Option<u8>, Vec<(&'static str, ObjectFact)>);
-
-#[derive(IntoPyObject)]
-enum ObjectFact {
-    Number(u64),
-    Text(String),
-}
 
 #[pyclass(module = "canalyze._core", frozen)]
 pub(super) struct Dictionary {
@@ -47,24 +39,20 @@ impl Dictionary {
         Ok(Self { table: Arc::new(Table::new(file, form, device, objects)) })
     }
 
-    fn pdos(&self, dummies: Vec<u16>) -> (Vec<Pdo>, Vec<Defect>) {
-        let (mut pdos, mut defects) = (Vec::new(), Vec::new());
-        for (preset, doubts) in preset::presets(&self.table, &dummies) {
-            let pdo = Pdo::new(preset);
-            defects.extend(doubts.into_iter().map(|doubt| defect(&pdo, &doubt)));
-            pdos.push(pdo);
-        }
-        (pdos, defects)
+    #[getter]
+    fn file(&self) -> &str {
+        &self.table.file
+    }
+
+    fn pdos(&self, dummies: Vec<u16>) -> Vec<Pdo> {
+        preset::presets(&self.table, &dummies).into_iter().map(|(preset, _)| Pdo::new(preset)).collect()
     }
 }
 
 fn object(row: ObjectRow) -> PyResult<Object> {
     let (index, sub, name, data_type, access, value, relative, configured, mappable, unit, factor) = row;
     let access = Access::from_name(&access).ok_or_else(|| PyValueError::new_err(format!("access={access:?}")))?;
-    // Two's complement of the type's width, at most 64 bits.
-    let bits = DataType::from_code(data_type).and_then(DataType::bits).unwrap_or(64);
-    let mask = u64::MAX >> (64 - u32::from(bits.clamp(1, 64)));
-    let preset = value.map(|value| Preset { value: value as u64 & mask, relative, configured });
+    let preset = value.map(|value| Preset::new(value, data_type, relative, configured));
     let unit = (!unit.is_empty()).then(|| Arc::from(unit));
     Ok(Object { index, sub, name: Arc::from(name), data_type, access, preset, mappable, unit, factor })
 }
@@ -114,7 +102,7 @@ pub(super) struct Pdo {
 }
 
 impl Pdo {
-    fn new(of: preset::Preset) -> Self {
+    pub(super) fn new(of: preset::Preset) -> Self {
         let (cob, _) = of.pdo.cob;
         Self {
             number: of.pdo.number,
@@ -149,36 +137,10 @@ impl Pdo {
     }
 }
 
-/// Returns a doubt about a PDO in the form for Python.
-fn defect(pdo: &Pdo, doubt: &Doubt) -> Defect {
-    let number = |number| ObjectFact::Number(number);
-    let object = |index: u16| ("object", ObjectFact::Text(format!("{index:04X}h")));
-    let part = |index: u16, sub: u8| ("object", ObjectFact::Text(format!("{index:04X}h:{sub:02X}")));
-    let (code, facts) = match doubt.what {
-        Doubted::CobId { value } => ("cob-id", vec![("value", ObjectFact::Text(format!("{value:08X}h")))]),
-        Doubted::NoMapping => ("mapping-missing", vec![object(mapping_parameter(pdo.direction == "tpdo", pdo.number))]),
-        Doubted::Count { said, found } => {
-            ("mapping-count", vec![object(doubt.index), ("said", number(said)), ("found", number(found as u64))])
-        }
-        Doubted::Length { bits } => {
-            ("mapping-length", vec![("bits", number(u64::from(bits))), ("most", number(u64::from(preset::MOST_BITS)))])
-        }
-        Doubted::Unknown { index, sub } => ("mapped-unknown", vec![part(index, sub)]),
-        Doubted::Size { index, sub, bits, width } => (
-            "mapped-size",
-            vec![part(index, sub), ("bits", number(u64::from(bits))), ("width", number(u64::from(width)))],
-        ),
-    };
-    let name = ObjectFact::Text(format!("{}{}", pdo.direction.to_uppercase(), pdo.number));
-    (code, doubt.index, doubt.sub, std::iter::once(("pdo", name)).chain(facts).collect())
-}
-
 #[pyfunction]
-fn pdo_parameters(direction: &str, number: u16) -> PyResult<(u16, u16, String)> {
+fn mapping_parameter(direction: &str, number: u16) -> PyResult<u16> {
     let transmit = choose("direction", direction, &[("tpdo", true), ("rpdo", false)])?;
-    let default = predefined_id(transmit, number)
-        .map_or_else(|| format!("{:#x}", crate::world::node::CobId::INVALID), |base| format!("$NODEID+{base:#x}"));
-    Ok((communication_parameter(transmit, number), mapping_parameter(transmit, number), default))
+    Ok(pdo::mapping_parameter(transmit, number))
 }
 
 #[pyfunction]
@@ -209,7 +171,7 @@ pub(super) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Pdo>()?;
     module.add_class::<Mapped>()?;
     module.add_class::<CobId>()?;
-    module.add_function(wrap_pyfunction!(pdo_parameters, module)?)?;
+    module.add_function(wrap_pyfunction!(mapping_parameter, module)?)?;
     module.add_function(wrap_pyfunction!(standard_object, module)?)?;
     module.add_function(wrap_pyfunction!(object_text, module)?)?;
     module.add("DATA_TYPES", data_types())

@@ -5,6 +5,7 @@
 
 mod columns;
 mod comparison;
+mod description;
 mod dictionary;
 mod network;
 mod session;
@@ -186,6 +187,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Session>()?;
     module.add_class::<Comparison>()?;
     module.add_class::<Rule>()?;
+    description::add(module)?;
     dictionary::add(module)?;
     module.add_class::<Network>()?;
     settings::add(module)?;

@@ -1,4 +1,4 @@
-//! A device description (EDS, DCF) as a flat table, which Python's reader hands over once a file.
+//! A device description (EDS, DCF) as a flat table, which the reader of `description` makes once a file.
 //!
 //! `$NODEID` stays unresolved, so that one table serves every node with the description, and a node whose ID changes.
 //! The syntax of descriptions and the meaning of objects are not known here.
@@ -72,6 +72,15 @@ pub struct Preset {
     pub relative: bool,
     /// It is a DCF's ParameterValue, not a default.
     pub configured: bool,
+}
+
+impl Preset {
+    /// Creates a preset of a number that a file has: as many bits of it as its type has, at most 64.
+    pub fn new(value: i128, data_type: u16, relative: bool, configured: bool) -> Self {
+        let bits = DataType::from_code(data_type).and_then(DataType::bits).unwrap_or(64);
+        let mask = u64::MAX >> (64 - u32::from(bits.clamp(1, 64)));
+        Self { value: value as u64 & mask, relative, configured }
+    }
 }
 
 impl Object {

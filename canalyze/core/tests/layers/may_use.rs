@@ -472,6 +472,10 @@ pub(crate) const MAY_USE: &[Row] = &[
         ],
     ),
     ("world::preset", &["world::od", "world::dictionary", "world::configuration", "wire::pdo", "world::node"]),
+    (
+        "description",
+        &["world::od", "words::profiles", "world::dictionary", "wire::pdo", "world::node", "words", "world::preset"],
+    ),
     ("views::colour", &["rules::finding"]),
     (
         "settings",
@@ -502,7 +506,6 @@ pub(crate) const MAY_USE: &[Row] = &[
             "world::dictionary",
             "sdo::transfer",
             "wire::pdo",
-            "world::node",
             "bytes::writers",
             "world::network",
             "views::filter",
@@ -517,6 +520,7 @@ pub(crate) const MAY_USE: &[Row] = &[
             "views::monitor",
             "session",
             "world::preset",
+            "description",
             "views::colour",
             "settings",
         ],
