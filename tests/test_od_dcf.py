@@ -97,6 +97,16 @@ def test_what_was_accepted_is_in_it(log: Path, described: bool, tmp_path: Path) 
             assert isinstance(value, bytes) or given.value == value, address
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r", "\r\r\n"])
+def test_values_stand_in_their_sections_however_lines_end(end: str) -> None:
+    text = (EDS / "drive.eds").read_text("utf-8").replace("\n", end)
+    made = configured(text.encode(), "drive.eds", {(0x1017, 0): b"\x64\0"}, 5, {"FileName": "x.dcf"})
+    found = read(made.text.encode(), "x.dcf")
+    assert (made.values, parameters(found)[0x1017, 0], found.node, found.info.name) == (1, 100, 5, "x.dcf")
+    before = read(text.encode(), "drive.eds")
+    assert [(one.index, one.name) for one in found.objects] == [(one.index, one.name) for one in before.objects]
+
+
 def test_the_sessions_configure_something() -> None:
     described = [values for log in SESSIONS for values in written(log, described=False).values()]
     assert sum(map(len, described)) > 60
