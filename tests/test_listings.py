@@ -427,6 +427,8 @@ def test_lists_are_those_of_the_core() -> None:
         ("can1 60A [9] 40 08 10 00 00 00 00 00 00", "invalid length"),
         ("can1 60A [8] 40 08 10", "do not match the length"),
         ("60A#40081000000000 00", "do not match the length"),
+        ("60A#40:1710", "do not match the length"),
+        ("60A#81:00:12345678#1122", "CAN XL"),
         ("7FFFFFFFF#00", ""),
     ],
 )
@@ -437,6 +439,11 @@ def test_explain_cuts_nothing(canalyze: Runner, tmp_path: Path, frame: str, said
         done = canalyze("explain", "--lang", "en", *eds, *args, stdin=stdin)
         assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
         assert said in done.err and frame in done.err
+
+
+@pytest.mark.parametrize("frame", ["60A#40:08:10:00:00:00:00:00", "60A#40 08 10 00 00 00 00 00"])
+def test_explain_reads_bytes_with_marks_between_them(canalyze: Runner, frame: str) -> None:
+    assert canalyze("explain", frame).out == canalyze("explain", "60A#4008100000000000").out
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,9 @@
 //! The compact family: `candump -L`, its log files, and the arguments of cansend.
 //!
-//! `(1579857014.345944) can2 486#82967A6B006B07F8`, with or without stamp and interface. Log files are the large
-//! inputs, so the plain line has a faster path with exactly the same result.
+//! `(1579857014.345944) can2 486#82967A6B006B07F8`, with or without stamp and interface, and with dots, colons or blanks
+//! between the bytes. Log files are the large inputs, so the plain line has a faster path with exactly the same result.
 
-use super::lex::{byte, identifier, is_hex, is_name, is_stray_byte, nibble, skip_blanks, word};
+use super::lex::{byte, identifier, is_blank, is_hex, is_name, is_stray_byte, nibble, skip_blanks, word};
 use super::{Fail, stamp};
 use crate::bytes::frame::{BusId, Direction, Frame, Kind, LengthForm};
 use crate::bytes::readers::Unreadable;
@@ -67,10 +67,13 @@ pub(super) fn frame<'a>(text: &[u8], after: &'a [u8], frame: &mut Frame) -> Resu
     let mark = text.iter().position(|&byte| byte == b'#').unwrap_or(text.len());
     let (id, rest) = text.split_at_checked(mark).unwrap_or((text, &[]));
     let rest = rest.strip_prefix(b"#").unwrap_or(rest);
-    let begun = || rest.iter().all(|&byte| nibble(byte) < 16 || matches!(byte, b'.' | b'#' | b'R' | b'r' | b'_'));
+    let begun = || rest.iter().all(|&byte| nibble(byte) < 16 || matches!(byte, b'.' | b':' | b'#' | b'R' | b'r' | b'_'));
     let fail = |reason| Fail { reason, end: reason == Unreadable::Data && after.is_empty() && begun() };
-    // Flags, type and acceptance field of CAN XL; the network of its identifier is left out if it is 0.
-    if let (3 | 5, [_, _, b':', _, _, b':', ..]) = (id.len(), rest) {
+    // Flags, type and acceptance field of CAN XL, and its data behind a second mark; the network of its identifier is
+    // left out if it is 0, and then the line may be a classic frame with colons between its bytes.
+    if let (3 | 5, [_, _, b':', _, _, b':', field @ ..]) = (id.len(), rest)
+        && (id.len() == 5 || field.contains(&b'#'))
+    {
         return Err(fail(if is_hex(id) { Unreadable::CanXl } else { Unreadable::NoFrame }));
     }
     let (id, error) = identifier(id).map_err(|reason| Fail { reason, end: false })?;
@@ -98,11 +101,12 @@ pub(super) fn frame<'a>(text: &[u8], after: &'a [u8], frame: &mut Frame) -> Resu
         frame.kind = Kind::Error;
     }
 
+    let after = if frame.len == 1 && frame.kind == Kind::Data { separated(after, frame)? } else { after };
     let (tail, behind) = word(skip_blanks(after));
     match tail {
         b"T" => frame.dir = Some(Direction::Tx),
         b"R" => frame.dir = Some(Direction::Rx),
-        // Data separated by blanks, which no program prints; the first word alone would be another frame.
+        // The data before it alone would be another frame.
         tail if is_stray_byte(tail) => return Err(Fail { reason: Unreadable::Data, end: false }),
         _ => return Ok(after),
     }
@@ -135,13 +139,51 @@ fn remote(text: &[u8], frame: &mut Frame) -> Result<(), Unreadable> {
     }
 }
 
-/// Parses bytes, each with an optional dot before it, as far as possible; returns the rest.
+/// Parses the bytes after the first one if blanks separate them, as people write them; returns the rest. Words of
+/// letters alone are a remark, and what follows bytes must not be another one.
+fn separated<'a>(after: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
+    let fail = |reason, end| Err(Fail { reason, end });
+    let words = after.split(|&byte| is_blank(byte)).filter(|word| !word.is_empty());
+    let first = words.clone().next().unwrap_or_default();
+    let mut bytes = words.take_while(|word| word.len() == 2 && is_hex(word));
+    if !bytes.any(is_stray_byte) {
+        // Half a byte.
+        let half = first == after.trim_ascii() && matches!(first, [b'0'..=b'9' | b'A'..=b'F']);
+        return if half { fail(Unreadable::Data, true) } else { Ok(after) };
+    }
+    let mut rest = after;
+    loop {
+        let (word, behind) = word(skip_blanks(rest));
+        let value = if let &[high, low] = word { byte(high, low) } else { None };
+        match value {
+            Some(_) if frame.len == 8 => return fail(Unreadable::Length, false),
+            Some(value) => {
+                if let Some(slot) = frame.data.get_mut(usize::from(frame.len)) {
+                    *slot = value;
+                }
+                frame.len += 1;
+                rest = behind;
+            }
+            None if matches!(word, b"T" | b"R") || is_meant(word) => return Ok(rest),
+            None if word.first().is_some_and(u8::is_ascii_alphanumeric) => {
+                return fail(Unreadable::Data, behind.is_empty() && word.len() == 1);
+            }
+            None => return Ok(rest),
+        }
+    }
+}
+
+/// Parses bytes, each with an optional dot before it or all with colons between them, as far as possible; returns the
+/// rest.
 fn data<'a>(mut text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Unreadable> {
     let limit = if matches!(frame.kind, Kind::Fd { .. }) { 64 } else { 8 };
+    let colons = limit == 8 && text.get(2) == Some(&b':');
     let mut len = 0;
     loop {
         let pair = match text {
-            [b'.', rest @ ..] => rest,
+            [b':', rest @ ..] if colons && len > 0 && !rest.is_empty() => rest,
+            [_, ..] if colons && len > 0 => break Ok(text),
+            [b'.', rest @ ..] if !colons => rest,
             pair => pair,
         };
         let [high, low, rest @ ..] = pair else {

@@ -5,7 +5,7 @@
 
 use memchr::{memchr, memchr_iter};
 
-use super::lex::{is_blank, skip_blanks, word};
+use super::lex::{is_blank, is_hex, skip_blanks, word};
 use super::{LineContent, general, holds_frame, plain_text, stamp, unnumbered};
 use crate::bytes::frame::{Buses, Frame, Kind};
 use crate::bytes::readers::{Unreadable, listing};
@@ -110,7 +110,9 @@ impl Behind {
             let at_length = text.trim_ascii_end().ends_with(b"]");
             return at_length && frame.kind == Kind::Data && !known;
         }
-        let last = text.rsplit(|&byte| is_blank(byte)).next().unwrap_or_default();
+        // Blanks may separate the bytes.
+        let mut words = text.rsplit(|&byte| is_blank(byte));
+        let last = words.find(|word| word.len() != 2 || !is_hex(word)).unwrap_or_default();
         let at_digits = super::log::is_meant(last) && last.iter().all(|byte| byte.is_ascii_graphic());
         directed && frame.dir.is_none() || at_digits && super::log::may_go_on(frame) && !known
     }
