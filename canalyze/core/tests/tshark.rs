@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use canalyze_core::bytes::frame::{Buses, CanId, Direction, Frame, Kind};
+use canalyze_core::bytes::ns::Ns;
 use canalyze_core::bytes::readers::{FilePlace, InputFormat, Item, Marker, Reader, Settings};
 use canalyze_core::bytes::writers::pcapng::Pcapng;
 use canalyze_core::bytes::writers::{CaptureFacts, Loss};
@@ -35,7 +36,7 @@ fn frames(buses: &mut Buses) -> Vec<Frame> {
         long,
     ];
     for (no, frame) in (0..).zip(&mut all) {
-        frame.t_ns = Some(1_700_000_000_123_456_789 + no * 1_000_001);
+        frame.t_ns = Some(Ns(1_700_000_000_123_456_789 + no * 1_000_001));
     }
     all
 }
@@ -95,7 +96,7 @@ fn tshark_reads_the_frames() {
         let mut fields = line.split(',');
         let mut next = || fields.next().unwrap();
         let t_ns = frame.t_ns.unwrap();
-        assert_eq!(next(), format!("{}.{:09}", t_ns / 1_000_000_000, t_ns % 1_000_000_000));
+        assert_eq!(next(), format!("{}.{:09}", t_ns.as_ns() / 1_000_000_000, t_ns.as_ns() % 1_000_000_000));
         assert_eq!(next(), String::from_utf8_lossy(buses.name(frame.bus)));
         let fd = matches!(frame.kind, Kind::Fd { .. });
         let protocol = next();

@@ -3,6 +3,8 @@
 //! A frame knows nothing of CANopen. It keeps the digits of its stamp, its direction and its raw DLC, so that it can be
 //! printed exactly as it was recorded. It owns no heap memory, since frames are copied on the hot path.
 
+use crate::bytes::ns::Ns;
+
 use std::num::NonZeroU64;
 
 /// A bus (capture interface), as an index into [`Buses`]. Index 0 is the first interface of the capture.
@@ -132,7 +134,7 @@ pub struct Stamp {
     /// The form in which it is written.
     pub form: StampForm,
     /// The written number, in ns: seconds, a difference, or local civil time as if it were UTC.
-    pub ns: i64,
+    pub ns: Ns,
     /// Digits before the decimal point (for zero padding); 1..=20. Unused for `Calendar`.
     pub width: u8,
     /// Digits after the decimal point, 0..=9.
@@ -141,7 +143,7 @@ pub struct Stamp {
 
 /// The last whole second that an `i64` of nanoseconds can represent, 2262-04-11 23:47:16. Readers clamp later stamps to
 /// it, and stamps before 1970 to its negative.
-pub const LAST_SECOND_NS: i64 = i64::MAX / 1_000_000_000 * 1_000_000_000;
+pub const LAST_SECOND_NS: Ns = Ns(i64::MAX / 1_000_000_000 * 1_000_000_000);
 
 /// The forms of a time stamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -178,7 +180,7 @@ pub struct Frame {
     pub line: Option<u64>,
     /// Time in ns: since the epoch, since the start of the capture, or civil time as if it were UTC. `None` without
     /// stamps.
-    pub t_ns: Option<i64>,
+    pub t_ns: Option<Ns>,
     /// The stamp as written; `None` without stamps.
     pub stamp: Option<Stamp>,
     /// The bus on which it was captured.
@@ -200,7 +202,7 @@ pub struct Frame {
 impl Frame {
     /// Returns true if the stamp was out of range and has been clamped to ± [`LAST_SECOND_NS`].
     pub fn is_clamped(&self) -> bool {
-        self.t_ns.is_some_and(|t_ns| t_ns.unsigned_abs() >= LAST_SECOND_NS.unsigned_abs())
+        self.t_ns.is_some_and(|t_ns| t_ns.abs() >= LAST_SECOND_NS.abs())
     }
 
     /// Makes a classic data frame on bus 0 without a stamp.
@@ -276,7 +278,7 @@ pub struct FrameRef {
     pub(crate) corrected_ns: i32,
     pub(crate) line: Option<NonZeroU64>,
     /// Time in ns.
-    pub t_ns: Option<i64>,
+    pub t_ns: Option<Ns>,
 }
 
 impl FrameRef {
@@ -292,7 +294,7 @@ impl FrameRef {
 
     /// Returns the reference with the number and the stamp that the frame has in the files, as it is printed.
     pub fn listed(self) -> Self {
-        let t_ns = self.t_ns.map(|t_ns| t_ns.saturating_sub(i64::from(self.corrected_ns)));
+        let t_ns = self.t_ns.map(|t_ns| t_ns - Ns(i64::from(self.corrected_ns)));
         Self { no: self.no.saturating_add_signed(i64::from(self.moved)), t_ns, moved: 0, corrected_ns: 0, ..self }
     }
 
@@ -303,7 +305,7 @@ impl FrameRef {
 
     /// Returns the time from `then` to this frame, in ns; `None` if either has no stamp.
     #[inline]
-    pub fn since(self, then: impl Into<Option<Self>>) -> Option<i64> {
-        Some(self.t_ns?.saturating_sub(then.into()?.t_ns?))
+    pub fn since(self, then: impl Into<Option<Self>>) -> Option<Ns> {
+        Some(self.t_ns? - then.into()?.t_ns?)
     }
 }

@@ -3,6 +3,7 @@
 //! Only figures are kept, in bounded memory.
 
 use crate::bytes::frame::{Direction, Frame, Kind, MAX_BUSES, StampForm};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::listing::LeftOut;
 use crate::bytes::readers::{Damage, FilePlace, Item, Marker, Unreadable};
 use crate::bytes::span::Span;
@@ -10,7 +11,7 @@ use crate::bytes::span::Span;
 /// Maximum number of listed damages; further ones are only counted.
 const LISTED: usize = 64;
 /// Lower limit of absolute stamps, in ns (1973); smaller ones count from some start.
-const DATED_NS: i64 = 100_000_000_000_000_000;
+const DATED_NS: Ns = Ns::from_s(100000000);
 
 /// The figures of one file.
 #[derive(Debug, Default)]
@@ -42,7 +43,7 @@ pub struct Info {
     /// Fewest and most digits after the decimal point.
     pub decimals: Option<(u8, u8)>,
     /// The date from which the stamps count, if the file has one, in ns.
-    pub date_ns: Option<i64>,
+    pub date_ns: Option<Ns>,
     /// True if the stamps are written as dates.
     pub calendar: bool,
     /// Stamps out of range, clamped to its end.
@@ -138,10 +139,10 @@ impl Info {
     }
 
     /// Returns the dates of the first and the last frame in ns since 1970-01-01, if the file gives them.
-    pub fn dates(&self) -> Option<(i64, i64, Zone)> {
+    pub fn dates(&self) -> Option<(Ns, Ns, Zone)> {
         let (first, last) = self.span.ends_ns?;
         match self.date_ns {
-            Some(date) => Some((first.saturating_add(date), last.saturating_add(date), Zone::Local)),
+            Some(date) => Some((first + date, last + date, Zone::Local)),
             None if self.calendar => Some((first, last, Zone::Local)),
             None => (first >= DATED_NS).then_some((first, last, Zone::Utc)),
         }
@@ -153,7 +154,7 @@ mod tests {
     use super::*;
     use crate::bytes::frame::{BusId, CanId, Stamp};
 
-    fn at(t_ns: i64, kind: Kind, bus: u8) -> Item {
+    fn at(t_ns: Ns, kind: Kind, bus: u8) -> Item {
         let stamp = Stamp { form: StampForm::Seconds, ns: t_ns, width: 1, decimals: 6 };
         let frame = Frame::classic(CanId::standard(0x601), &[0; 8]);
         Item::Frame(Frame { t_ns: Some(t_ns), stamp: Some(stamp), kind, bus: BusId(bus), ..frame })
@@ -162,14 +163,16 @@ mod tests {
     #[test]
     fn figures() {
         let mut info = Info::default();
-        for item in [at(5, Kind::Data, 0), at(9, Kind::Remote, 2), at(7, Kind::Error, 0), at(11, Kind::Data, 0)] {
+        for item in
+            [at(Ns(5), Kind::Data, 0), at(Ns(9), Kind::Remote, 2), at(Ns(7), Kind::Error, 0), at(Ns(11), Kind::Data, 0)]
+        {
             info.take(&item);
         }
         assert_eq!((info.frames, info.data, info.remote, info.error, info.standard), (4, 2, 1, 1, 3));
-        assert_eq!((info.buses.as_slice(), info.span.ends_ns), (&[3, 0, 1][..], Some((5, 11))));
-        assert_eq!((info.span.backward, info.span.backward_most_ns, info.decimals), (1, 2, Some((6, 6))));
+        assert_eq!((info.buses.as_slice(), info.span.ends_ns), (&[3, 0, 1][..], Some((Ns(5), Ns(11)))));
+        assert_eq!((info.span.backward, info.span.backward_most_ns, info.decimals), (1, Ns(2), Some((6, 6))));
         assert_eq!(info.dates(), None);
-        info.take(&Item::Marker(Marker::Start { date_ns: 1000 }));
-        assert_eq!(info.dates(), Some((1005, 1011, Zone::Local)));
+        info.take(&Item::Marker(Marker::Start { date_ns: Ns(1000) }));
+        assert_eq!(info.dates(), Some((Ns(1005), Ns(1011), Zone::Local)));
     }
 }

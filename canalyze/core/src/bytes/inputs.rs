@@ -9,12 +9,13 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use crate::bytes::frame::{BusId, Buses, Frame, FrameRef, StampForm};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::{Contents, Damage, DamageKind, FilePlace, Item, Marker, Reader, Unreadable as Reason};
 
 /// Maximum number of listed ranges of unreadable lines of a file.
 const RANGES: usize = 20;
 /// Lower limit of absolute stamps, in ns, as in filters; smaller ones count from some start.
-pub const ABSOLUTE_NS: i64 = 100_000_000_000_000_000;
+pub const ABSOLUTE_NS: Ns = Ns::from_s(100000000);
 
 /// The figures of one file.
 #[derive(Debug, Default)]
@@ -24,7 +25,7 @@ pub struct File {
     /// Number of its frames so far.
     pub frames: u64,
     /// Time from the date that the capture's stamps count from to the one that this file's stamps count from, in ns.
-    pub shift_ns: i64,
+    pub shift_ns: Ns,
     /// True if it gives the date from which its stamps count.
     pub dated: bool,
     /// Its unreadable lines or records.
@@ -110,7 +111,7 @@ pub struct Input {
     /// Number of frames found in it.
     pub frames: u64,
     clock: Option<StampOrigin>,
-    date_ns: Option<i64>,
+    date_ns: Option<Ns>,
     /// True after its end has been returned.
     closed: bool,
 }
@@ -233,7 +234,7 @@ fn common(bus: BusId, own: &Buses, all: &mut Buses) -> BusId {
     all.intern(own.name(bus))
 }
 
-fn clock(frame: &Frame, date_ns: Option<i64>) -> StampOrigin {
+fn clock(frame: &Frame, date_ns: Option<Ns>) -> StampOrigin {
     match (frame.t_ns, frame.stamp.map(|stamp| stamp.form)) {
         (None, _) => StampOrigin::Absent,
         (Some(_), Some(StampForm::Calendar)) => StampOrigin::Day,
@@ -321,7 +322,7 @@ impl Inputs {
     /// Returns the next item or end of a file; `None` if a file has to be fed first or nothing is left. `date_ns` is
     /// the date from which all stamps count, set before the first frame; `turn` is the index and figures of the current
     /// file.
-    pub fn next(&mut self, buses: &mut Buses, date_ns: &mut Option<i64>, turn: (usize, &File)) -> Option<Next> {
+    pub fn next(&mut self, buses: &mut Buses, date_ns: &mut Option<Ns>, turn: (usize, &File)) -> Option<Next> {
         if self.refusal.is_some() {
             return None;
         }
@@ -343,14 +344,14 @@ impl Inputs {
                 return None;
             }
         }
-        let mut earliest: Option<(usize, i64)> = None;
+        let mut earliest: Option<(usize, Ns)> = None;
         let mut missing = false;
         for (index, one) in self.all.iter_mut().enumerate() {
             match one.queue.front() {
                 Some(Item::Frame(frame)) => {
                     let file = if turn.0 == index { turn.1 } else { &one.file };
                     // A frame without a stamp among stamped ones keeps its place in the file.
-                    let t_ns = frame.t_ns.map_or(i64::MIN, |t_ns| t_ns.saturating_add(file.shift_ns));
+                    let t_ns = frame.t_ns.map_or(Ns::MIN, |t_ns| t_ns + file.shift_ns);
                     if earliest.is_none_or(|(_, before)| t_ns < before) {
                         earliest = Some((index, t_ns));
                     }
@@ -370,7 +371,7 @@ impl Inputs {
     }
 
     /// Determines the clock that all files share.
-    fn begin(&mut self, date_ns: &mut Option<i64>) {
+    fn begin(&mut self, date_ns: &mut Option<Ns>) {
         self.begun = true;
         let of = |clock| self.all.iter().position(|one| one.clock == Some(clock));
         self.refusal = match (of(StampOrigin::Absent), of(StampOrigin::Day), of(StampOrigin::Start)) {
@@ -381,7 +382,7 @@ impl Inputs {
         let dates = self.all.iter().filter(|one| one.clock.is_some()).map(|one| one.date_ns);
         if date_ns.is_none() && dates.clone().any(|date| date.is_some()) {
             // If other stamps are plain times of day, stamps with a date are converted to such.
-            *date_ns = dates.map(|date| date.unwrap_or(0)).min();
+            *date_ns = dates.map(|date| date.unwrap_or(Ns::ZERO)).min();
         }
     }
 }
@@ -394,12 +395,12 @@ mod tests {
     use crate::bytes::frame::{CanId, Stamp};
     use crate::bytes::readers::{InputFormat, Settings};
 
-    fn frame(t_ns: Option<i64>, bus: u8) -> Item {
+    fn frame(t_ns: Option<Ns>, bus: u8) -> Item {
         let stamp = t_ns.map(|ns| Stamp { form: StampForm::Seconds, ns, width: 1, decimals: 9 });
         Item::Frame(Frame { t_ns, stamp, bus: BusId(bus), ..Frame::classic(CanId::standard(0x701), &[5]) })
     }
 
-    fn start(date_ns: i64) -> Item {
+    fn start(date_ns: Ns) -> Item {
         Item::Marker(Marker::Start { date_ns })
     }
 
@@ -417,7 +418,7 @@ mod tests {
     }
 
     /// Collects the file and absolute time of all frames.
-    fn joined(inputs: &mut Inputs, date_ns: &mut Option<i64>) -> Vec<(usize, i64)> {
+    fn joined(inputs: &mut Inputs, date_ns: &mut Option<Ns>) -> Vec<(usize, i64)> {
         let (mut buses, mut file, mut turn) = (Buses::default(), File::default(), 0);
         let mut found = Vec::new();
         while let Some(next) = inputs.next(&mut buses, date_ns, (turn, &file)) {
@@ -427,7 +428,9 @@ mod tests {
             }
             turn = input;
             match next {
-                Next::Item(_, Item::Frame(frame)) => found.push((input, frame.t_ns.unwrap_or(0) + file.shift_ns)),
+                Next::Item(_, Item::Frame(frame)) => {
+                    found.push((input, (frame.t_ns.unwrap_or(Ns::ZERO) + file.shift_ns).as_ns()))
+                }
                 Next::Item(_, Item::Marker(Marker::Start { date_ns: date })) => file.shift_ns = date - date_ns.unwrap(),
                 _ => {}
             }
@@ -443,7 +446,7 @@ mod tests {
 
     #[test]
     fn nothing_comes_while_a_file_has_nothing_to_give() {
-        let mut inputs = opened(&[&[frame(Some(1), 0), frame(Some(4), 0)], &[frame(Some(2), 0)]]);
+        let mut inputs = opened(&[&[frame(Some(Ns(1)), 0), frame(Some(Ns(4)), 0)], &[frame(Some(Ns(2)), 0)]]);
         let mut date = None;
         assert_eq!(joined(&mut inputs, &mut date), [(0, 1), (1, 2)]);
         assert_eq!(inputs.wants(), Some(1));
@@ -459,29 +462,31 @@ mod tests {
     fn dates_make_one_clock() {
         const DAY: i64 = 1_700_000_000_000_000_000;
         // Both have dates: stamps count from the earlier one.
-        let mut inputs =
-            opened(&[&[start(DAY + 10), frame(Some(0), 0), frame(Some(7), 0)], &[start(DAY), frame(Some(12), 0)]]);
+        let mut inputs = opened(&[
+            &[start(Ns(DAY + 10)), frame(Some(Ns::ZERO), 0), frame(Some(Ns(7)), 0)],
+            &[start(Ns(DAY)), frame(Some(Ns(12)), 0)],
+        ]);
         end_all(&mut inputs);
         let mut date = None;
         assert_eq!(joined(&mut inputs, &mut date), [(0, 10), (1, 12), (0, 17)]);
-        assert_eq!(date, Some(DAY));
+        assert_eq!(date, Some(Ns(DAY)));
         // One has a date, the other is absolute: all become absolute. A second date within a file applies from there
         // on.
-        let late = [start(DAY + 10), frame(Some(0), 0), start(DAY + 100), frame(Some(1), 0)];
-        let mut inputs = opened(&[&late, &[frame(Some(DAY + 50), 0)]]);
+        let late = [start(Ns(DAY + 10)), frame(Some(Ns::ZERO), 0), start(Ns(DAY + 100)), frame(Some(Ns(1)), 0)];
+        let mut inputs = opened(&[&late, &[frame(Some(Ns(DAY + 50)), 0)]]);
         end_all(&mut inputs);
         let mut date = None;
         assert_eq!(joined(&mut inputs, &mut date), [(0, DAY + 10), (1, DAY + 50), (0, DAY + 101)]);
-        assert_eq!(date, Some(0));
+        assert_eq!(date, Some(Ns(0)));
     }
 
     #[test]
     fn clocks_that_are_not_shared_are_refused() {
         const DAY: i64 = 1_700_000_000_000_000_000;
         for (files, refusal) in [
-            ([frame(Some(DAY), 0), frame(Some(1), 0)], Refusal::NoCommonClock(0, 1)),
-            ([frame(Some(1), 0), frame(Some(DAY), 0)], Refusal::NoCommonClock(1, 0)),
-            ([frame(Some(1), 0), frame(None, 0)], Refusal::NoStamps(1)),
+            ([frame(Some(Ns(DAY)), 0), frame(Some(Ns(1)), 0)], Refusal::NoCommonClock(0, 1)),
+            ([frame(Some(Ns(1)), 0), frame(Some(Ns(DAY)), 0)], Refusal::NoCommonClock(1, 0)),
+            ([frame(Some(Ns(1)), 0), frame(None, 0)], Refusal::NoStamps(1)),
         ] {
             let mut inputs = opened(&[&files[..1], &files[1..]]);
             assert_eq!(joined(&mut inputs, &mut None), []);
@@ -491,7 +496,7 @@ mod tests {
 
     #[test]
     fn buses_are_numbered_in_the_order_of_what_is_given() {
-        let mut inputs = opened(&[&[frame(Some(5), 0)], &[frame(Some(3), 0)]]);
+        let mut inputs = opened(&[&[frame(Some(Ns(5)), 0)], &[frame(Some(Ns(3)), 0)]]);
         end_all(&mut inputs);
         let mut buses = Buses::default();
         let file = File::default();

@@ -5,6 +5,7 @@ pub mod frame;
 pub mod info;
 pub mod inputs;
 pub mod masks;
+pub mod ns;
 pub mod readers;
 pub mod select;
 pub mod span;

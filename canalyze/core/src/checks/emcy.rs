@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 
 use super::limits::AGAIN_NS;
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::evidence::When;
 use crate::rules::emcy::{Emc001, Emc002, Emc003, Emc005, Emc007, Emc008, Emc009, Emc010};
 use crate::rules::finding::{Finding, Severity, Verdict};
@@ -20,13 +21,13 @@ use crate::world::node::{Node, PerNode};
 /// The reserved bit of the error register.
 const RESERVED: u8 = 1 << 6;
 /// Tolerance of the inhibit time, in ns.
-const SLACK_NS: i64 = 1_000_000;
+const SLACK_NS: Ns = Ns::from_ms(1);
 /// Errors of one node within this time have one cause, in ns.
-const TOGETHER_NS: i64 = 200_000_000;
+const TOGETHER_NS: Ns = Ns::from_ms(200);
 /// Number of emergencies of one node within [`FLOOD_NS`] that make a flood; an emergency is sent once per error.
 const FLOOD: usize = 10;
 /// The time in which [`FLOOD`] emergencies make a flood, in ns.
-const FLOOD_NS: i64 = 1_000_000_000;
+const FLOOD_NS: Ns = Ns::from_s(1);
 /// Number of first manufacturer bytes kept per error.
 const BITS: usize = 4;
 
@@ -58,13 +59,13 @@ struct Gone {
     /// The frame of the finding about it.
     at: FrameRef,
     /// Time of the reset, in ns.
-    then_ns: Option<i64>,
+    then_ns: Option<Ns>,
 }
 
 impl Gone {
     /// Returns true if an error reported at `now_ns` is this one again.
-    fn is_back(&self, code: u16, bit: u8, now_ns: Option<i64>) -> bool {
-        let soon = |(then, now): (i64, i64)| now.saturating_sub(then) < AGAIN_NS;
+    fn is_back(&self, code: u16, bit: u8, now_ns: Option<Ns>) -> bool {
+        let soon = |(then, now): (Ns, Ns)| now - then < AGAIN_NS;
         let same = self.bit == 0 || bit == 0 || self.bit == bit;
         self.code == code && same && self.then_ns.zip(now_ns).is_some_and(soon)
     }
@@ -118,13 +119,13 @@ struct Reported {
 #[derive(Debug, Default)]
 pub struct Emergencies {
     nodes: PerNode<Reported>,
-    slack_ns: i64,
+    slack_ns: Ns,
 }
 
 impl Emergencies {
     /// Creates an empty state; `jitter_ns` is the minimum tolerance of times (`--jitter`).
-    pub fn new(jitter_ns: Option<i64>) -> Self {
-        Self { slack_ns: jitter_ns.unwrap_or(0), ..Self::default() }
+    pub fn new(jitter_ns: Option<Ns>) -> Self {
+        Self { slack_ns: jitter_ns.unwrap_or(Ns::ZERO), ..Self::default() }
     }
 
     /// Applies an emergency; returns the active errors and the removed ones. `bit` is the first manufacturer byte.
@@ -178,10 +179,10 @@ impl Emergencies {
         }
         let recording = &cx.evidence.recording;
         let Some(last) = self.nodes.entry(node).last.replace(cx.when) else { return };
-        let Some(gap) = recording.between(last, cx.when).filter(|gap| *gap >= 0) else { return };
+        let Some(gap) = recording.between(last, cx.when).filter(|gap| *gap >= Ns::ZERO) else { return };
         let inhibit = configured.and_then(|configured| configured.value(0x1015, 0));
         let Some((inhibit, _)) = inhibit.filter(|(_, from)| *from > Provenance::Eds) else { return };
-        let inhibit_ns = (inhibit & 0xFFFF) as i64 * 100_000;
+        let inhibit_ns = Ns::from_us((inhibit & 0xFFFF) as i64 * 100);
         let limit_ns = inhibit_ns - SLACK_NS.max(inhibit_ns / 10).max(self.slack_ns);
         if recording.certainly_within(cx.when, last, limit_ns) {
             let what = Emc005::TooClose { found: gap, expected: inhibit_ns };
@@ -266,7 +267,7 @@ impl Reported {
                 let again = self.gone.iter().rev().find(|gone| gone.is_back(code, bit, cx.at.t_ns));
                 let with = self.standing.iter().find(|one| {
                     let gap = cx.evidence.recording.between(one.when, cx.when);
-                    let near = gap.is_some_and(|gap| (0..TOGETHER_NS).contains(&gap));
+                    let near = gap.is_some_and(|gap| (Ns::ZERO..TOGETHER_NS).contains(&gap));
                     one.code != code && (near || one.when.epoch != cx.when.epoch)
                 });
                 let with = with.filter(|one| severity(one.code) >= severity(code));
@@ -330,7 +331,7 @@ impl Reported {
             let count = FLOOD as u64;
             self.flood = Some(Flood { first, last: cx.at, count });
             let because_of = self.found.filter(|found| found.no >= first.no);
-            let duration = cx.at.since(first).unwrap_or(0);
+            let duration = cx.at.since(first).unwrap_or(Ns::ZERO);
             find(Emc010::Flood { count, duration }, node, first, None, because_of, cx);
         }
     }
@@ -339,7 +340,7 @@ impl Reported {
     fn end_flood(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some(Flood { first, last, count }) = self.flood.take() else { return };
         if count > FLOOD as u64 {
-            let duration = last.since(first).unwrap_or(0);
+            let duration = last.since(first).unwrap_or(Ns::ZERO);
             find(Emc010::InAll { count, duration }, node, last, Some(first), Some(first), cx);
         }
     }

@@ -9,13 +9,14 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::{Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::rules::bus::{Bus001, Bus002, Bus003, Bus004, Bus005, Bus006, Bus007, Bus008};
 use crate::rules::finding::{Finding, Verdict};
 use crate::wire::error_frame::{self, Condition, Recovery};
 use crate::world::context::Context;
 
 /// Time without error frames that ends a disturbance, and after which an ongoing one is raised, in ns.
-const QUIET_NS: i64 = 1_000_000_000;
+const QUIET_NS: Ns = Ns::from_s(1);
 /// The same in frames of the capture, used without stamps.
 const QUIET_FRAMES: u64 = 256;
 
@@ -31,7 +32,7 @@ pub struct ErrorFrames {
     /// The frame at which it went bus-off, until it has recovered.
     off: Option<FrameRef>,
     /// A command that switches the bit timing, and the end of the time in which it explains error frames, in ns.
-    switched: Option<(FrameRef, i64)>,
+    switched: Option<(FrameRef, Ns)>,
 }
 
 /// A series of error frames.
@@ -68,13 +69,13 @@ impl ErrorFrames {
 
     /// Notes a switch of the bit timing: for twice the delay (in ms) no frame is understood (CiA 305).
     pub fn switch(&mut self, delay: u16, cx: &Context<'_>) {
-        let until = cx.at.t_ns.map(|now| now.saturating_add(2_000_000 * i64::from(delay)).saturating_add(QUIET_NS));
+        let until = cx.at.t_ns.map(|now| now + Ns::from_ms(2 * i64::from(delay)) + QUIET_NS);
         self.switched = until.map(|until| (cx.at, until));
     }
 
     /// Ends disturbances that are over at frame `no`, at `now_ns` if known.
     #[inline]
-    pub fn advance(&mut self, now_ns: Option<i64>, no: u64, cx: &mut Context<'_>) {
+    pub fn advance(&mut self, now_ns: Option<Ns>, no: u64, cx: &mut Context<'_>) {
         if self.bus.is_none() && self.overflow.is_none() {
             return;
         }
@@ -109,13 +110,13 @@ impl ErrorFrames {
     fn progress(
         &mut self,
         mut event: Disturbance,
-        now_ns: Option<i64>,
+        now_ns: Option<Ns>,
         no: u64,
         cx: &mut Context<'_>,
     ) -> Option<Disturbance> {
-        let since = |from: FrameRef| now_ns.zip(from.t_ns).map(|(now, from)| now.saturating_sub(from));
+        let since = |from: FrameRef| now_ns.zip(from.t_ns).map(|(now, from)| now - from);
         // A clock that jumps back by this much was set: the elapsed time is unknown.
-        let over = since(event.last).map(|quiet| quiet.unsigned_abs() >= QUIET_NS.unsigned_abs());
+        let over = since(event.last).map(|quiet| quiet.abs() >= QUIET_NS.abs());
         if over.unwrap_or(no.saturating_sub(event.last.no) >= QUIET_FRAMES) {
             self.end(event, cx);
             return None;
@@ -191,7 +192,7 @@ fn raise_condition(condition: Condition, count: u64, at: FrameRef, because_of: O
 }
 
 fn raise_recovery(recovery: Recovery, at: FrameRef, because_of: Option<FrameRef>, cx: &mut Context<'_>) {
-    let after = because_of.and_then(|since| at.since(since)).filter(|after| *after > 0);
+    let after = because_of.and_then(|since| at.since(since)).filter(|after| *after > Ns::ZERO);
     let what = match (recovery == Recovery::Restarted, after) {
         (false, None) => Bus006::ErrorActive,
         (false, Some(after)) => Bus006::ErrorActiveAfter { after },
@@ -228,7 +229,7 @@ fn finding_of(condition: Condition, count: u64) -> Verdict {
 }
 
 /// Returns the finding of a condition's total number of frames and duration in ns.
-fn in_all(condition: Condition, count: u64, duration: Option<i64>) -> Verdict {
+fn in_all(condition: Condition, count: u64, duration: Option<Ns>) -> Verdict {
     match condition {
         Condition::BusOff => Bus001::InAll { count, duration }.into(),
         Condition::ErrorPassive => Bus002::InAll { count, duration }.into(),

@@ -8,6 +8,7 @@
 use super::heartbeat::Heartbeats;
 use super::nmt::Nmt;
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::evidence::circumstance::CircumstanceKind;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
@@ -22,15 +23,15 @@ use crate::world::context::Context;
 use crate::world::node::{Node, PerNode};
 
 /// Maximum time from a request to its answer, in ns.
-const ANSWER_NS: i64 = 500_000_000;
+const ANSWER_NS: Ns = Ns::from_ms(500);
 /// Usual maximum time between two requests to a guarded node, in ns.
-const ROUND_NS: i64 = 10_000_000_000;
+const ROUND_NS: Ns = Ns::from_s(10);
 /// Time after which a request before a reset counts as unanswered, in ns.
-const SLOW_NS: i64 = 50_000_000;
+const SLOW_NS: Ns = Ns::from_ms(50);
 /// Number of frames in a row with the same toggle bit that shows them to be no answers.
 const SAME: u8 = 3;
 /// Maximum time between the responses of two nodes to one request, in ns.
-const SECOND_NS: i64 = 20_000_000;
+const SECOND_NS: Ns = Ns::from_ms(20);
 /// Number of frames without request that shows a guarded node to send heartbeats as well.
 const UNASKED: u8 = 3;
 
@@ -76,16 +77,16 @@ struct Guarded {
 pub struct Guarding {
     nodes: PerNode<Guarded>,
     /// The node life times in ns (100Ch times 100Dh); 0 if disabled or unknown.
-    life_ns: PerNode<i64>,
+    life_ns: PerNode<Ns>,
     /// The next request that the master owes a node.
     life: Obligations<u8>,
     /// A time no later than the expiry of the first open request, in ns.
-    next: i64,
+    next: Ns,
 }
 
 impl Default for Guarding {
     fn default() -> Self {
-        Self { nodes: PerNode::default(), life_ns: PerNode::default(), life: Obligations::default(), next: i64::MAX }
+        Self { nodes: PerNode::default(), life_ns: PerNode::default(), life: Obligations::default(), next: Ns::MAX }
     }
 }
 
@@ -118,10 +119,10 @@ impl Guarding {
     pub fn configure(&mut self, nodes: &PerNode<Node>) {
         for (id, node) in nodes.iter() {
             let known = |index| node.value(index, 0).filter(|(_, from)| *from > Provenance::Eds);
-            let life_ns = known(0x100C).zip(known(0x100D)).map_or(0, |((guard_ms, _), (factor, _))| {
-                (guard_ms & 0xFFFF) as i64 * (factor & 0xFF) as i64 * 1_000_000
+            let life_ns = known(0x100C).zip(known(0x100D)).map_or(Ns::ZERO, |((guard_ms, _), (factor, _))| {
+                Ns::from_ms((guard_ms & 0xFFFF) as i64 * (factor & 0xFF) as i64)
             });
-            if life_ns > 0 || self.life_ns.get(id).is_some() {
+            if life_ns > Ns::ZERO || self.life_ns.get(id).is_some() {
                 *self.life_ns.entry(id) = life_ns;
             }
         }
@@ -129,18 +130,18 @@ impl Guarding {
 
     /// Expects the master's next request within the node's life time.
     fn await_request(&mut self, node: u8, heartbeats: &Heartbeats, cx: &Context<'_>) {
-        let life_ns = self.life_ns.get(node).copied().unwrap_or(0);
-        if life_ns > 0 && !heartbeats.is_configured(node) {
+        let life_ns = self.life_ns.get(node).copied().unwrap_or(Ns::ZERO);
+        if life_ns > Ns::ZERO && !heartbeats.is_configured(node) {
             self.life.open(node, Owed { since: cx.when, limit_ns: life_ns, why: Some(cx.at) });
         }
     }
 
     /// Reports nodes that the master has not asked within their life time, unless the whole bus was silent.
-    fn overdue(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+    fn overdue(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
         let now = cx.clock(now_ns);
         for (node, Owed { since, limit_ns: limit, .. }) in self.life.due(now, &cx.evidence.recording) {
-            let age = cx.evidence.recording.between(since, now).unwrap_or(0);
-            let fell = since.at.t_ns.map_or(0, |since| since.saturating_add(limit));
+            let age = cx.evidence.recording.between(since, now).unwrap_or(Ns::ZERO);
+            let fell = since.at.t_ns.map_or(Ns::ZERO, |since| since + limit);
             if !cx.evidence.recording.was_silent(node, fell, limit, now_ns) {
                 cx.raise(Grd005::Expired { age, limit }, Some(node), None, Some(since.at));
             }
@@ -187,7 +188,7 @@ impl Guarding {
             }
         }
         if let Some(now) = cx.at.t_ns {
-            self.next = self.next.min(now.saturating_add(UNANSWERED_NS));
+            self.next = self.next.min(now + UNANSWERED_NS);
         }
     }
 
@@ -271,7 +272,7 @@ impl Guarding {
 
     /// Reports requests that should have been answered by `now_ns`.
     #[inline]
-    pub fn advance(&mut self, now_ns: i64, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
+    pub fn advance(&mut self, now_ns: Ns, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
         if self.life.may_be_due(now_ns) {
             self.overdue(now_ns, cx);
         }
@@ -280,12 +281,12 @@ impl Guarding {
         }
     }
 
-    fn miss(&mut self, now_ns: i64, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
+    fn miss(&mut self, now_ns: Ns, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
         let now = cx.clock(now_ns);
-        self.next = i64::MAX;
+        self.next = Ns::MAX;
         for (node, guarded) in self.nodes.iter_mut() {
             let Some(request) = guarded.request else { continue };
-            let due = request.at.t_ns.map_or(i64::MAX, |asked| asked.saturating_add(UNANSWERED_NS));
+            let due = request.at.t_ns.map_or(Ns::MAX, |asked| asked + UNANSWERED_NS);
             if due > now_ns || !cx.evidence.recording.certainly_later(now, request, UNANSWERED_NS) {
                 // In a burst of the recorder the answer may still come.
                 self.next = self.next.min(due);
@@ -363,7 +364,8 @@ impl Guarded {
         }
         self.unasked = self.unasked.saturating_add(1);
         let after = self.answer.and_then(|answer| frame.since(answer));
-        self.second = self.second.saturating_add(u8::from(after.is_some_and(|ns| (0..=SECOND_NS).contains(&ns))));
+        self.second =
+            self.second.saturating_add(u8::from(after.is_some_and(|ns| (Ns::ZERO..=SECOND_NS).contains(&ns))));
         if self.unasked >= UNASKED && !self.both {
             self.both = true;
             if self.second < self.unasked {

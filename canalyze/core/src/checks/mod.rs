@@ -4,6 +4,8 @@
 //! passes on every frame from the bus with its meaning. Each of its methods is an input and lists the checks that take
 //! it, in their order; no check asks for a message elsewhere. Checks never change a node's configuration.
 
+use crate::bytes::ns::Ns;
+
 pub mod description;
 pub mod drive;
 pub mod emcy;
@@ -186,13 +188,13 @@ impl Checks {
     }
 
     /// Reports what should have happened by `now_ns`, at the current frame.
-    pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+    pub fn advance(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
         self.error_frames.advance(Some(now_ns), cx.at.no, cx);
         self.pass(now_ns, false, cx);
     }
 
     /// Does the same; `heard`: the time comes from a frame, not from the clock alone.
-    fn pass(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
+    fn pass(&mut self, now_ns: Ns, heard: bool, cx: &mut Context<'_>) {
         self.nodes.advance(now_ns, heard, cx);
         self.lss.advance(now_ns, cx);
         self.drives.advance(now_ns, cx);

@@ -9,6 +9,7 @@ use super::nmt::permissions::NmtPermissions;
 use super::nmt::{Nmt, OBEYED_NS, SWITCHED_ON_NS};
 use super::time::Times;
 use crate::bytes::frame::{Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::rules::emcy::{Emc006, Emc011};
 use crate::rules::finding::{Finding, Verdict};
 use crate::rules::heartbeat::Hbt006;
@@ -25,7 +26,7 @@ use crate::world::network::Network;
 use crate::world::node::{Node, PerNode};
 
 /// Silence of the bus that was not recorded, in ns.
-const UNRECORDED_NS: i64 = 10_000_000_000;
+const UNRECORDED_NS: Ns = Ns::from_s(10);
 /// Maximum number of kept frames of wrong length.
 const MISSHAPEN: usize = 16;
 
@@ -58,9 +59,9 @@ pub struct Nodes {
     times: Times,
     permissions: NmtPermissions,
     /// Duration of the bus's silence before the current frame, in ns.
-    silence_ns: i64,
+    silence_ns: Ns,
     /// End of the silence for a switch of the bit rate (CiA 305), in ns; a heartbeat in it begins no series.
-    quiet_until_ns: i64,
+    quiet_until_ns: Ns,
     /// Findings about frames of an unusual form of nodes not yet known to exist.
     misshapen: Vec<Finding>,
     /// Nodes with an emergency that is not judged, one bit each.
@@ -77,8 +78,8 @@ impl Nodes {
             emergencies: Emergencies::new(network.jitter_ns),
             times: Times::default(),
             permissions: NmtPermissions::default(),
-            silence_ns: 0,
-            quiet_until_ns: i64::MIN,
+            silence_ns: Ns::ZERO,
+            quiet_until_ns: Ns::MIN,
             misshapen: Vec::new(),
             unread: 0,
         }
@@ -107,12 +108,12 @@ impl Nodes {
     }
 
     /// Returns the heartbeat period of a node if known, in ns.
-    pub fn heartbeat_period(&self, node: u8) -> Option<i64> {
+    pub fn heartbeat_period(&self, node: u8) -> Option<Ns> {
         self.heartbeats.period(node)
     }
 
     /// Returns the kind of error control by which a node is overdue at `now_ns`.
-    pub fn silent(&self, node: u8, now_ns: Option<i64>) -> Option<ErrorControl> {
+    pub fn silent(&self, node: u8, now_ns: Option<Ns>) -> Option<ErrorControl> {
         if self.guarding.is_unanswered(node) {
             Some(ErrorControl::Guarding)
         } else if now_ns.is_some_and(|now| self.heartbeats.is_overdue(node, now)) {
@@ -165,8 +166,8 @@ impl Nodes {
     /// Notes that the bus is alive; called for each frame before it is followed and after `advance`.
     #[inline]
     pub fn heard(&mut self, cx: &Context<'_>) {
-        let ended = |now: i64| cx.evidence.recording.ended_silence(now);
-        self.silence_ns = cx.at.t_ns.and_then(ended).map_or(0, |silence| silence.ns());
+        let ended = |now: Ns| cx.evidence.recording.ended_silence(now);
+        self.silence_ns = cx.at.t_ns.and_then(ended).map_or(Ns::ZERO, |silence| silence.ns());
         if self.paused() {
             self.times.paused();
         }
@@ -174,7 +175,7 @@ impl Nodes {
 
     /// Reports what should have happened by `now_ns`. `heard`: the time comes from a frame, not the clock alone.
     #[inline]
-    pub fn advance(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
+    pub fn advance(&mut self, now_ns: Ns, heard: bool, cx: &mut Context<'_>) {
         self.heartbeats.advance(now_ns, heard, cx);
         self.guarding.advance(now_ns, &self.nmt, &self.heartbeats, cx);
     }
@@ -224,8 +225,8 @@ impl Nodes {
                 self.nmt.lss(command, cx.at);
                 if let Lss::ActivateBitTiming { delay } = command {
                     self.heartbeats.pause(0, cx);
-                    let silence = 2_000_000 * i64::from(delay);
-                    self.quiet_until_ns = frame.t_ns.map_or(i64::MIN, |now| now.saturating_add(silence));
+                    let silence = Ns::from_ms(2 * i64::from(delay));
+                    self.quiet_until_ns = frame.t_ns.map_or(Ns::MIN, |now| now + silence);
                 }
             }
             _ => {}
@@ -353,7 +354,7 @@ impl Nodes {
     pub fn requested(&mut self, node: u8, index: u16, bytes: &[u8], cx: &Context<'_>) {
         if let (0x1017, [low, high, ..]) = (index, bytes) {
             let ms = i64::from(u16::from_le_bytes([*low, *high]));
-            self.heartbeats.written(node, ms * 1_000_000, cx);
+            self.heartbeats.written(node, Ns::from_ms(ms), cx);
         }
     }
 

@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::pdo::timing::tolerance;
 use crate::bytes::frame::{CanId, Frame};
+use crate::bytes::ns::Ns;
 use crate::evidence::{Recording, Rules, When};
 use crate::rules::finding::Verdict;
 use crate::rules::srdo::{Srd001, Srd002, Srd003, Srd004, Srd005};
@@ -21,7 +22,6 @@ use crate::world::node::{CobId, Node, PerNode};
 const PAIRS: usize = 64;
 /// Number of pairs that prove an SRDO, and after which the capture's edge cuts off no half.
 const PROOF: u64 = 2;
-const MS: i64 = 1_000_000;
 
 /// One frame of a pair.
 #[derive(Clone, Copy, Debug)]
@@ -42,8 +42,8 @@ impl Half {
     }
 }
 
-/// A configured time: node, record, and value in ms.
-type Limit = (u8, u16, i64);
+/// A configured time: node, record, and value.
+type Limit = (u8, u16, Ns);
 
 /// The configuration of a pair.
 #[derive(Clone, Copy, Debug, Default)]
@@ -123,8 +123,8 @@ enum Report {
     Swapped(Half),
     InverseMissing(Half),
     NormalMissing(Half),
-    Late(Half, i64, i64, Limit),
-    Slow(When, i64, i64, Limit),
+    Late(Half, Ns, Ns, Limit),
+    Slow(When, Ns, Ns, Limit),
     Idle(u8),
 }
 
@@ -268,12 +268,12 @@ impl Srdos {
             Report::NormalMissing(half) => {
                 (Srd004::NoNormal { srdo, id: normal }.into(), object(5), node, Some(half.when))
             }
-            Report::Late(half, delay, tolerance, (node, index, ms)) => {
-                let what = Srd002::Late { srdo, delay, limit: ms * MS, tolerance };
+            Report::Late(half, delay, tolerance, (node, index, limit)) => {
+                let what = Srd002::Late { srdo, delay, limit, tolerance };
                 (what.into(), Some(Mux { index, sub: 3 }), node, Some(half.when))
             }
-            Report::Slow(_, gap, tolerance, (node, index, ms)) => {
-                let what = Srd003::Late { srdo, gap, limit: ms * MS, tolerance };
+            Report::Slow(_, gap, tolerance, (node, index, limit)) => {
+                let what = Srd003::Late { srdo, gap, limit, tolerance };
                 (what.into(), Some(Mux { index, sub: 2 }), node, None)
             }
             Report::Idle(state) => (Srd005::InState { srdo, state }.into(), object(1), node, None),
@@ -381,7 +381,7 @@ impl SrdoPair {
 
     /// Takes inverted data before their normal data. Once, and close together, it may be a late frame.
     fn swapped(&mut self, normal: Half, recording: &Recording, seen: &mut SrdoResult) {
-        let apart = self.halves.early.and_then(|early| recording.between(early.when, normal.when)).unwrap_or(0);
+        let apart = self.halves.early.and_then(|early| recording.between(early.when, normal.when)).unwrap_or(Ns::ZERO);
         self.swaps = self.swaps.saturating_add(1);
         self.halves.lone = None;
         self.began = None;
@@ -396,16 +396,16 @@ impl SrdoPair {
     fn timing(&mut self, half: Half, recording: &Recording, limits: &Limits, seen: &mut SrdoResult) {
         let Some(normal) = self.last.filter(|normal| normal.when.at.t_ns.is_some()) else { return };
         if let Some(limit) = limits.validation {
-            let allowance = tolerance(limit.2 * MS);
-            if recording.certainly_later(half.when, normal.when, limit.2 * MS + allowance) {
-                let delay = recording.between(normal.when, half.when).unwrap_or(0);
+            let allowance = tolerance(limit.2);
+            if recording.certainly_later(half.when, normal.when, limit.2 + allowance) {
+                let delay = recording.between(normal.when, half.when).unwrap_or(Ns::ZERO);
                 seen.reports.push(Report::Late(normal, delay, allowance, limit));
             }
         }
         if let (Some(before), Some(limit)) = (self.began, limits.cycle) {
-            let allowance = tolerance(limit.2 * MS).max(limit.2 * MS / 10);
-            if recording.certainly_later(normal.when, before, limit.2 * MS + allowance) {
-                let gap = recording.between(before, normal.when).unwrap_or(0);
+            let allowance = tolerance(limit.2).max(limit.2 / 10);
+            if recording.certainly_later(normal.when, before, limit.2 + allowance) {
+                let gap = recording.between(before, normal.when).unwrap_or(Ns::ZERO);
                 seen.reports.push(Report::Slow(before, gap, allowance, limit));
             }
         }
@@ -425,7 +425,7 @@ fn record(id: u8, node: &Node, index: u16) -> Option<Record> {
     let direction = node.value(index, 1).map(|(value, _)| value).filter(|direction| matches!(direction, 1 | 2))?;
     let time = |sub| {
         let ms = node.value(index, sub).map(|(ms, _)| (ms & 0xFFFF) as i64);
-        ms.filter(|ms| *ms > 0).map(|ms| (id, index, ms))
+        ms.filter(|ms| *ms > 0).map(|ms| (id, index, Ns::from_ms(ms)))
     };
     let shown = [1, 5, 6].into_iter().filter_map(|sub| observed(node, index, sub)).max();
     Some(Record { number, sends: direction == 1, identifiers, shown, cycle: time(2), validation: time(3) })

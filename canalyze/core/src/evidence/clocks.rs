@@ -6,21 +6,22 @@
 //! client that does not wait for responses breaks the order as well, but not by the same time in every exchange.
 
 use crate::bytes::frame::{Direction, Frame, Kind};
+use crate::bytes::ns::Ns;
 
 /// Maximum difference of the clocks, in ns.
-const MOST_APART_NS: i64 = 10_500_000;
+const MOST_APART_NS: Ns = Ns::from_us(10_500);
 /// Number of exchanges more that are in order with corrected stamps, from which the clocks differ.
 const EXCHANGES: usize = 3;
 /// Part of the exchanges, in tenths, that must be in order with corrected stamps.
 const MOST_TENTHS: usize = 9;
 /// Usual time between a request and its response, or between a response and the next request, in ns.
-const USUAL_NS: i64 = 500_000;
+const USUAL_NS: Ns = Ns::from_us(500);
 
 /// The difference of the host's clock from that of the other frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Clocks {
     /// Time by which the host's stamps are early, in ns.
-    early_ns: i64,
+    early_ns: Ns,
     /// True if SYNC is of the host.
     sync: bool,
 }
@@ -38,7 +39,7 @@ impl Clocks {
         let Some(t_ns) = frame.t_ns.filter(|_| frame.corrected_ns == 0 && self.is_of_host(frame)) else {
             return *frame;
         };
-        Frame { t_ns: Some(t_ns.saturating_add(self.early_ns)), corrected_ns: self.early_ns as i32, ..*frame }
+        Frame { t_ns: Some(t_ns + self.early_ns), corrected_ns: self.early_ns.as_ns() as i32, ..*frame }
     }
 
     fn is_of_host(&self, frame: &Frame) -> bool {
@@ -59,7 +60,7 @@ impl Clocks {
 }
 
 /// Returns true if SYNC is of the host: corrected, it is not carried past PDOs that answer it.
-fn is_sync_of_host<'a>(frames: impl Iterator<Item = &'a Frame>, early_ns: i64) -> bool {
+fn is_sync_of_host<'a>(frames: impl Iterator<Item = &'a Frame>, early_ns: Ns) -> bool {
     let mut listed: Vec<_> = frames
         .filter(|frame| !frame.id.is_extended() && frame.kind == Kind::Data)
         .filter_map(|frame| Some((frame.t_ns?, frame.id.raw())))
@@ -67,19 +68,19 @@ fn is_sync_of_host<'a>(frames: impl Iterator<Item = &'a Frame>, early_ns: i64) -
         .collect();
     listed.sort_unstable();
     let followed = listed.iter().zip(listed.iter().skip(1)).filter(|(one, next)| one.1 == 0x080 && next.1 != 0x080);
-    let passed = followed.filter(|(one, next)| next.0.saturating_sub(one.0) < early_ns).count();
+    let passed = followed.filter(|(one, next)| next.0 - one.0 < early_ns).count();
     passed * 2 < listed.iter().filter(|(_, id)| *id == 0x080).count()
 }
 
 /// The least and the greatest difference by one exchange, in ns.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
-    least_ns: i64,
-    greatest_ns: i64,
+    least_ns: Ns,
+    greatest_ns: Ns,
 }
 
 impl Bounds {
-    fn hold(self, early_ns: i64) -> bool {
+    fn hold(self, early_ns: Ns) -> bool {
         self.least_ns <= early_ns && early_ns <= self.greatest_ns
     }
 
@@ -93,11 +94,11 @@ impl Bounds {
             for response in of_node.iter().filter(|half| !half.request && half.repeated.is_some()) {
                 let mut rest = requests.clone();
                 let Some(request) = rest.find(|request| request.repeated == response.repeated) else { continue };
-                let waited = response.t_ns.saturating_sub(request.t_ns);
+                let waited = response.t_ns - request.t_ns;
                 if waited <= -MOST_APART_NS {
                     continue;
                 }
-                let next = rest.peek().map_or(i64::MIN, |next| response.t_ns.saturating_sub(next.t_ns));
+                let next = rest.peek().map_or(Ns::MIN, |next| response.t_ns - next.t_ns);
                 found.push(Self { least_ns: next, greatest_ns: waited });
                 requests = rest;
             }
@@ -107,27 +108,27 @@ impl Bounds {
 }
 
 /// Returns the time by which the requests are early, in ns, if the exchanges show one.
-fn difference(bounds: &[Bounds]) -> Option<i64> {
-    let held = |early_ns: i64| bounds.iter().filter(|one| one.hold(early_ns)).count();
-    let now = held(0);
+fn difference(bounds: &[Bounds]) -> Option<Ns> {
+    let held = |early_ns: Ns| bounds.iter().filter(|one| one.hold(early_ns)).count();
+    let now = held(Ns::ZERO);
     if bounds.len() < now + EXCHANGES {
         return None;
     }
     // The difference is beside one of the bounds.
-    let candidates = bounds.iter().map(|one| one.least_ns).filter(|early| (1..=MOST_APART_NS).contains(early));
+    let candidates = bounds.iter().map(|one| one.least_ns).filter(|early| (Ns(1)..=MOST_APART_NS).contains(early));
     let early = candidates.max_by_key(|early| held(*early))?;
     let all = held(early);
     if all < now + EXCHANGES || all * 10 < bounds.len() * MOST_TENTHS {
         return None;
     }
     let greatest = bounds.iter().filter(|one| one.hold(early)).map(|one| one.greatest_ns).min()?;
-    Some(early.saturating_add((greatest.saturating_sub(early) / 2).min(USUAL_NS)))
+    Some(early + ((greatest - early) / 2).min(USUAL_NS))
 }
 
 /// A request or a response of a default SDO or of LSS.
 #[derive(Clone, Copy, Debug)]
 struct ExchangeFrame {
-    t_ns: i64,
+    t_ns: Ns,
     /// The SDO server; 0 for LSS.
     node: u32,
     request: bool,
@@ -167,13 +168,13 @@ mod tests {
     /// Returns the difference that exchanges show: times of requests and responses, in µs.
     fn learnt(exchanges: &[(i64, i64)]) -> Option<i64> {
         let half = |id, (number, us): (usize, i64)| Frame {
-            t_ns: Some(us * 1_000),
+            t_ns: Some(Ns::from_us(us)),
             ..Frame::classic(CanId::standard(id), &[if id > 0x600 { 0x40 } else { 0x43 }, number as u8, 0x20, 0])
         };
         let requests = exchanges.iter().map(|one| one.0).enumerate().map(|one| half(0x605, one));
         let responses = exchanges.iter().map(|one| one.1).enumerate().map(|one| half(0x585, one));
         let frames: Vec<_> = requests.chain(responses).collect();
-        Clocks::learn(frames.iter()).map(|clocks| clocks.early_ns / 1_000)
+        Clocks::learn(frames.iter()).map(|clocks| clocks.early_ns.as_ns() / 1_000)
     }
 
     /// Exchanges one after the other: each response takes its time, and the next request 300 µs more, in µs.

@@ -12,13 +12,14 @@ use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
 use crate::bytes::frame::{CanId, Frame, Kind};
+use crate::bytes::ns::Ns;
 
 /// Maximum time from an original to its duplicate, in ns.
-pub(super) const APART_NS: i64 = 10_000_000;
+pub(super) const APART_NS: Ns = Ns::from_ms(10);
 /// Maximum number of frames from an original to its duplicate, without stamps.
 const APART_FRAMES: u64 = 8;
 /// Minimum time in which a sender repeats a frame, in ns.
-const CLOSE_NS: i64 = 300_000;
+const CLOSE_NS: Ns = Ns::from_us(300);
 /// Without stamps, a frame is isolated if no equal one came within this many frames.
 const ISOLATED_FRAMES: u64 = 3 * APART_FRAMES;
 /// Number of isolated frames seen twice that are a proof, and their minimum ratio to those seen once: a block or an
@@ -40,7 +41,7 @@ const MOST: usize = 512;
 /// Maximum number of kept distances.
 const AGES: usize = 16;
 /// Maximum time until the decision on a live bus, in ns.
-pub(super) const PATIENCE_NS: i64 = 250_000_000;
+pub(super) const PATIENCE_NS: Ns = Ns::from_ms(250);
 /// Number of slots for the last time of payloads, addressed by a part of their key.
 const PAYLOADS: usize = 4096;
 
@@ -48,23 +49,23 @@ const PAYLOADS: usize = 4096;
 #[derive(Clone, Copy, Debug)]
 struct Reach {
     /// The time from an original to its duplicate, in ns.
-    apart_ns: (i64, i64),
+    apart_ns: (Ns, Ns),
     /// Minimum number of services that the isolated frames seen twice belong to.
     services: u32,
 }
 
-const NEARBY: Reach = Reach { apart_ns: (0, APART_NS), services: 1 };
+const NEARBY: Reach = Reach { apart_ns: (Ns::ZERO, APART_NS), services: 1 };
 /// A client that repeats requests, and is answered twice, shows two services.
-const FAR: Reach = Reach { apart_ns: (APART_NS + 1, 60_000_000), services: 3 };
+const FAR: Reach = Reach { apart_ns: (Ns(APART_NS.as_ns() + 1), Ns::from_ms(60)), services: 3 };
 
 impl Reach {
     /// Returns true if a frame is this old and may be seen again now.
-    fn contains(&self, age_ns: i64) -> bool {
+    fn contains(&self, age_ns: Ns) -> bool {
         (self.apart_ns.0..=self.apart_ns.1).contains(&age_ns)
     }
 
     /// Returns the time without an equal frame before an isolated one, in ns.
-    fn isolated_ns(&self) -> i64 {
+    fn isolated_ns(&self) -> Ns {
         3 * self.apart_ns.1
     }
 }
@@ -87,7 +88,7 @@ struct SeenFrame {
     key: u64,
     id: CanId,
     number: u64,
-    t_ns: Option<i64>,
+    t_ns: Option<Ns>,
     count: u64,
     /// True if no equal one came for a while before it, and it is still open whether it is seen twice.
     isolated: bool,
@@ -96,8 +97,8 @@ struct SeenFrame {
 }
 
 impl SeenFrame {
-    fn age_ns(&self, now: &SeenFrame) -> Option<i64> {
-        Some(now.t_ns?.saturating_sub(self.t_ns?))
+    fn age_ns(&self, now: &SeenFrame) -> Option<Ns> {
+        Some(now.t_ns? - self.t_ns?)
     }
 }
 
@@ -105,7 +106,7 @@ impl SeenFrame {
 #[derive(Clone, Copy, Debug, Default)]
 struct Last {
     key: u64,
-    t_ns: i64,
+    t_ns: Ns,
     count: u64,
 }
 
@@ -153,7 +154,7 @@ impl Duplicates {
     }
 
     /// Advances a live bus to `now_ns`; the decision is awaited only for a short time.
-    pub fn advance(&mut self, now_ns: i64) {
+    pub fn advance(&mut self, now_ns: Ns) {
         self.nearby.advance(now_ns);
         self.far.advance(now_ns);
     }
@@ -161,7 +162,7 @@ impl Duplicates {
     /// Examines the next frame. `squeezed`: it is closer to the previous one than possible on a bus, so its time is no
     /// evidence. `resolution_ns`: the resolution of the stamps.
     #[inline]
-    pub fn step(&mut self, frame: &Frame, squeezed: bool, resolution_ns: i64) -> Sighting {
+    pub fn step(&mut self, frame: &Frame, squeezed: bool, resolution_ns: Ns) -> Sighting {
         let sighting = self.nearby.step(frame, squeezed, resolution_ns);
         let far = &self.far;
         let ended = !far.proven && far.suspect.is_none() && (far.are_refuted() || far.given_up);
@@ -185,12 +186,12 @@ struct Copies {
     last: Vec<Last>,
     count: u64,
     /// The resolution of the stamps, in ns.
-    resolution_ns: i64,
+    resolution_ns: Ns,
     /// Number of frames immediately followed by an equal one.
     pairs: u64,
     /// Distance of isolated frames to their duplicates in ns, their CAN-IDs, and the times of the duplicates in ns;
     /// latest last.
-    apart_ns: VecDeque<(i64, CanId, i64)>,
+    apart_ns: VecDeque<(Ns, CanId, Ns)>,
     /// Number of the latest of them that were near their duplicates.
     following: usize,
     /// Number of isolated frames seen twice, and once.
@@ -212,7 +213,7 @@ impl Copies {
             recent: VecDeque::new(),
             last: Vec::new(),
             count: 0,
-            resolution_ns: 0,
+            resolution_ns: Ns::ZERO,
             pairs: 0,
             apart_ns: VecDeque::new(),
             following: 0,
@@ -241,16 +242,16 @@ impl Copies {
     }
 
     /// Advances a live bus to `now_ns`.
-    fn advance(&mut self, now_ns: i64) {
+    fn advance(&mut self, now_ns: Ns) {
         let since = self.suspect.and_then(|suspect| suspect.t_ns);
-        if since.is_some_and(|since| now_ns.saturating_sub(since) > PATIENCE_NS) {
+        if since.is_some_and(|since| now_ns - since > PATIENCE_NS) {
             self.settle();
         }
     }
 
     /// Examines the next frame.
     #[inline]
-    fn step(&mut self, frame: &Frame, squeezed: bool, resolution_ns: i64) -> Sighting {
+    fn step(&mut self, frame: &Frame, squeezed: bool, resolution_ns: Ns) -> Sighting {
         if self.once >= SETTLED && self.twice < self.once {
             self.suspect = None;
             return Sighting::Original;
@@ -317,39 +318,39 @@ impl Copies {
         self.twice = self.twice.saturating_add(1);
         if self.apart_ns.len() == AGES {
             // Some of other CAN-IDs are kept, since one sender may send a long row.
-            let own = |(_, id, _): &(i64, CanId, i64)| *id == now.id;
+            let own = |(_, id, _): &(Ns, CanId, Ns)| *id == now.id;
             let many = self.apart_ns.iter().filter(|pair| own(pair)).count() + OTHERS >= AGES;
             let oldest = self.apart_ns.iter().position(|pair| !many || own(pair));
             self.apart_ns.remove(oldest.unwrap_or(0));
         }
-        self.apart_ns.push_back((original.age_ns(now).unwrap_or(0), now.id, now.t_ns.unwrap_or(0)));
+        self.apart_ns.push_back((original.age_ns(now).unwrap_or(Ns::ZERO), now.id, now.t_ns.unwrap_or(Ns::ZERO)));
         self.following = if now.count - original.count <= NEAR { self.following + 1 } else { 0 };
     }
 
     /// Withdraws the evidence of a frame that is listed a third time: it is sent repeatedly.
     fn unlearn(&mut self, now: &SeenFrame) {
         let near = |seen: &SeenFrame| match seen.age_ns(now) {
-            Some(age) => (0..=2 * self.reach.apart_ns.1).contains(&age),
+            Some(age) => (Ns::ZERO..=2 * self.reach.apart_ns.1).contains(&age),
             None => now.count - seen.count <= APART_FRAMES,
         };
         let paired = |seen: &&mut SeenFrame| seen.key == now.key && seen.isolated && seen.again && near(seen);
         let Some(original) = self.recent.iter_mut().find(paired) else { return };
         original.isolated = false;
         self.twice = self.twice.saturating_sub(1);
-        let began_ns = original.t_ns.unwrap_or(0);
-        if let Some(place) = self.apart_ns.iter().rposition(|(age, id, at)| *id == now.id && at - age == began_ns) {
+        let began_ns = original.t_ns.unwrap_or(Ns::ZERO);
+        if let Some(place) = self.apart_ns.iter().rposition(|(age, id, at)| *id == now.id && *at - *age == began_ns) {
             self.apart_ns.remove(place);
         }
     }
 
     /// Returns the usual time from an original to its duplicate, in ns, with some tolerance, and the number of isolated
     /// frames that agree. Some isolated frames have an equal one for another reason.
-    fn usual_ns(&self) -> (RangeInclusive<i64>, usize) {
-        let room = |age: i64| (age / 8).max(CLOSE_NS / 2);
-        let around = |age: i64| age - room(age)..=age + room(age);
-        let alike = |age: i64| self.apart_ns.iter().filter(move |(other, ..)| around(age).contains(other));
+    fn usual_ns(&self) -> (RangeInclusive<Ns>, usize) {
+        let room = |age: Ns| (age / 8).max(CLOSE_NS / 2);
+        let around = |age: Ns| age - room(age)..=age + room(age);
+        let alike = |age: Ns| self.apart_ns.iter().filter(move |(other, ..)| around(age).contains(other));
         let most_alike = self.apart_ns.iter().max_by_key(|(age, ..)| alike(*age).count());
-        let Some((age, ..)) = most_alike.copied() else { return (0..=self.reach.apart_ns.1, 0) };
+        let Some((age, ..)) = most_alike.copied() else { return (Ns::ZERO..=self.reach.apart_ns.1, 0) };
         let (least, most) = alike(age).fold((age, age), |(least, most), (one, ..)| (least.min(*one), most.max(*one)));
         let count = alike(age).count();
         // One sender repeats itself for its own reasons, and is confirmed as often: a sub-block of equal data looks
@@ -360,7 +361,7 @@ impl Copies {
         let several = services.count_ones() >= self.reach.services;
         let several = several && (following || alike(age).all(|(_, id, _)| others(*id) >= OTHERS));
         let room = (2 * (most - least)).max(most / 32).max(CLOSE_NS / 6);
-        ((least - room).max(0)..=(most + room).min(self.reach.apart_ns.1), if several { count } else { 0 })
+        ((least - room).max(Ns::ZERO)..=(most + room).min(self.reach.apart_ns.1), if several { count } else { 0 })
     }
 
     /// Returns true if a frame is the duplicate of an earlier one at the known distance. Both sightings have the same
@@ -371,9 +372,8 @@ impl Copies {
             Some(age) => usual.contains(&age),
             None => now.count - seen.count <= APART_FRAMES,
         };
-        let middle = usual.start().midpoint(*usual.end());
-        let overdue =
-            |seen: &SeenFrame| seen.age_ns(now).is_none_or(|age| age.saturating_add(self.resolution_ns) >= middle);
+        let middle = (*usual.start() + *usual.end()) / 2;
+        let overdue = |seen: &SeenFrame| seen.age_ns(now).is_none_or(|age| age + self.resolution_ns >= middle);
         let Some(place) = self.recent.iter().position(|seen| seen.key == now.key && in_time(seen)) else {
             return false;
         };
@@ -394,7 +394,7 @@ impl Copies {
         let late =
             |seen: &&SeenFrame| seen.isolated && !seen.again && seen.age_ns(now).is_none_or(|age| age > *usual.end());
         // A frame that comes a third time, like sub-blocks of equal data, is no evidence; that takes as long again.
-        let over = |at: i64| now.t_ns.is_none_or(|now| now.saturating_sub(at) > *usual.end());
+        let over = |at: Ns| now.t_ns.is_none_or(|now| now - at > *usual.end());
         let settled = self.apart_ns.iter().filter(|(age, _, at)| usual.contains(age) && over(*at)).count();
         if alike.min(settled) >= PROOF {
             let once = self.once as usize + self.recent.iter().filter(late).count();
@@ -431,7 +431,7 @@ impl Copies {
     fn forget_old(&mut self, now: &SeenFrame) {
         let most_ns = self.reach.apart_ns.1;
         let old = |seen: &SeenFrame| match seen.age_ns(now) {
-            Some(age) => !(0..=most_ns).contains(&age),
+            Some(age) => !(Ns::ZERO..=most_ns).contains(&age),
             None => now.count - seen.count > APART_FRAMES,
         };
         for seen in self.recent.iter_mut().filter(|seen| seen.isolated && !seen.again) {
@@ -441,7 +441,8 @@ impl Copies {
             }
         }
         // A third one may follow the second at the same distance.
-        let gone = |seen: &SeenFrame| old(seen) && seen.age_ns(now).is_none_or(|age| !(0..=2 * most_ns).contains(&age));
+        let gone =
+            |seen: &SeenFrame| old(seen) && seen.age_ns(now).is_none_or(|age| !(Ns::ZERO..=2 * most_ns).contains(&age));
         while self.recent.len() > MOST || self.recent.front().is_some_and(|seen| self.suspect.is_none() && gone(seen)) {
             let seen = self.recent.pop_front();
             self.once = self.once.saturating_add(u32::from(seen.is_some_and(|seen| seen.isolated && !seen.again)));
@@ -455,11 +456,11 @@ impl Copies {
         }
         let isolated_ns = self.reach.isolated_ns();
         let Some(last) = self.last.get_mut(key as usize % PAYLOADS) else { return false };
-        let before = std::mem::replace(last, Last { key, t_ns: frame.t_ns.unwrap_or(0), count: self.count });
+        let before = std::mem::replace(last, Last { key, t_ns: frame.t_ns.unwrap_or(Ns::ZERO), count: self.count });
         before.count == 0
             || before.key != key
             || match frame.t_ns {
-                Some(now) => now.saturating_sub(before.t_ns) > isolated_ns,
+                Some(now) => now - before.t_ns > isolated_ns,
                 None => self.count.saturating_sub(before.count) > ISOLATED_FRAMES,
             }
     }

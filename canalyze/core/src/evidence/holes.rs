@@ -9,6 +9,7 @@
 use std::collections::BTreeSet;
 
 use crate::bytes::frame::{Frame, Kind};
+use crate::bytes::ns::Ns;
 
 use super::duplicates::PATIENCE_NS;
 use super::senders::{Even, identifier};
@@ -16,7 +17,7 @@ use super::stalls::{Stalls, Verdict};
 
 /// Minimum deviation of an even sender from its due time, in ns, and the part of its period up to which it may deviate
 /// and still be evidence.
-const OFF_NS: i64 = 1_000_000;
+const OFF_NS: Ns = Ns::from_ms(1);
 const SHOWS_PART: i64 = 8;
 /// Uncertainty of a sender's period, as a part of it; several periods add up.
 const PERIOD_PART: i64 = 1024;
@@ -32,11 +33,11 @@ const HOLES: usize = 16;
 struct Sender {
     even: Even,
     /// Possible deviation from its due time, in ns.
-    room_ns: i64,
+    room_ns: Ns,
     /// True if a frame was due during the silence.
     missed: bool,
     /// Time of its return, in ns.
-    back_ns: Option<i64>,
+    back_ns: Option<Ns>,
     /// True if it sent its first frame at that time. Frames right after a silence may have been delayed by the
     /// recorder, unless the sender keeps its period from there on.
     firm: bool,
@@ -71,30 +72,30 @@ impl Guess {
 struct HoleDoubt {
     /// The number of the first frame after it.
     first: u64,
-    from_ns: i64,
-    to_ns: i64,
+    from_ns: Ns,
+    to_ns: Ns,
     senders: Vec<Sender>,
     /// Frames are missing, or the clock was set forward by a time within `by_ns`, in ns.
     missing: Guess,
     later: Guess,
-    by_ns: (i64, i64),
+    by_ns: (Ns, Ns),
 }
 
 impl HoleDoubt {
     /// Follows a frame of a sender at `now`. `in_row`: no pause has come since the silence.
-    fn heard(&mut self, place: usize, now: i64, in_row: bool) {
+    fn heard(&mut self, place: usize, now: Ns, in_row: bool) {
         let Some(slot) = self.senders.get_mut(place).filter(|sender| !sender.over) else { return };
         let before = *slot;
         let Some(back_ns) = before.back_ns else {
             // Of delayed frames, all those due in a longer time would have come at once.
-            let late_ns = now.saturating_sub(slot.even.last_ns).saturating_sub(slot.even.gap_ns);
-            let waited = in_row && late_ns <= slot.even.gap_ns.saturating_add(slot.room_ns);
+            let late_ns = now - slot.even.last_ns - slot.even.gap_ns;
+            let waited = in_row && late_ns <= slot.even.gap_ns + slot.room_ns;
             (slot.back_ns, slot.firm) = (Some(now), !waited);
             let sender = *slot;
             return self.back(&sender, now);
         };
-        let after_ns = now.saturating_sub(back_ns);
-        let goes_on = after_ns.saturating_sub(before.even.gap_ns).saturating_abs() <= before.room_ns;
+        let after_ns = now - back_ns;
+        let goes_on = (after_ns - before.even.gap_ns).abs() <= before.room_ns;
         (slot.over, slot.firm) = (true, slot.firm || goes_on);
         let sender = *slot;
         if !before.firm {
@@ -105,12 +106,12 @@ impl HoleDoubt {
     }
 
     /// Adds the evidence of a sender's first frame after the silence.
-    fn back(&mut self, sender: &Sender, back_ns: i64) {
+    fn back(&mut self, sender: &Sender, back_ns: Ns) {
         if sender.firm {
             self.missing.take(sender, self.is_as_due(sender, back_ns), sender.missed);
         }
-        let late_ns = back_ns.saturating_sub(sender.even.last_ns).saturating_sub(sender.even.gap_ns);
-        let (least, most) = (late_ns.saturating_sub(sender.room_ns), late_ns.saturating_add(sender.room_ns));
+        let late_ns = back_ns - sender.even.last_ns - sender.even.gap_ns;
+        let (least, most) = (late_ns - sender.room_ns, late_ns + sender.room_ns);
         let both = (self.by_ns.0.max(least), self.by_ns.1.min(most));
         let fits = both.0 <= both.1 && late_ns / SHOWS_PART > sender.room_ns;
         if fits {
@@ -120,44 +121,44 @@ impl HoleDoubt {
     }
 
     /// Returns true if a sender came back when it was due as if nothing had happened.
-    fn is_as_due(&self, sender: &Sender, back_ns: i64) -> bool {
+    fn is_as_due(&self, sender: &Sender, back_ns: Ns) -> bool {
         let Sender { even, room_ns, missed, .. } = *sender;
-        let late_ns = back_ns.saturating_sub(even.last_ns).saturating_sub(even.gap_ns);
-        if missed { self.in_phase(sender, back_ns) } else { late_ns.saturating_abs() <= room_ns }
+        let late_ns = back_ns - even.last_ns - even.gap_ns;
+        if missed { self.in_phase(sender, back_ns) } else { late_ns.abs() <= room_ns }
     }
 
     /// Returns true if a sender with frames due in the silence came back in time after it, and in its phase as far as
     /// that is known.
-    fn in_phase(&self, sender: &Sender, back_ns: i64) -> bool {
+    fn in_phase(&self, sender: &Sender, back_ns: Ns) -> bool {
         let Even { last_ns, gap_ns, off_ns, .. } = sender.even;
-        let after_ns = back_ns.saturating_sub(last_ns);
-        let periods = after_ns.saturating_add(gap_ns / 2) / gap_ns.max(1);
-        let off = after_ns.saturating_sub(periods.saturating_mul(gap_ns)).saturating_abs();
-        let room_ns = sender.room_ns.saturating_add(periods.saturating_mul(off_ns / 2 + gap_ns / PERIOD_PART));
-        off <= room_ns && back_ns <= self.to_ns.saturating_add(gap_ns).saturating_add(sender.room_ns)
+        let after_ns = back_ns - last_ns;
+        let periods = (after_ns + gap_ns / 2) / gap_ns.max(Ns(1));
+        let off = (after_ns - periods * gap_ns).abs();
+        let room_ns = sender.room_ns + periods * (off_ns / 2 + gap_ns / PERIOD_PART);
+        off <= room_ns && back_ns <= self.to_ns + gap_ns + sender.room_ns
     }
 
     /// Counts senders that are overdue at `now` as evidence against missing frames.
-    fn overdue(&mut self, now: i64) {
-        let silence_ns = self.to_ns.saturating_sub(self.from_ns);
+    fn overdue(&mut self, now: Ns) {
+        let silence_ns = self.to_ns - self.from_ns;
         for sender in self.senders.iter().filter(|sender| sender.back_ns.is_none()) {
             let Sender { even, room_ns, missed, .. } = *sender;
-            let due_ns = even.last_ns.saturating_add(even.gap_ns).saturating_add(room_ns);
-            let again_ns = self.to_ns.saturating_add(even.gap_ns).saturating_add(room_ns);
+            let due_ns = even.last_ns + even.gap_ns + room_ns;
+            let again_ns = self.to_ns + even.gap_ns + room_ns;
             if now > if missed { again_ns } else { due_ns } {
                 self.missing.take(sender, false, false);
             }
-            if now > due_ns.saturating_add(silence_ns) {
+            if now > due_ns + silence_ns {
                 self.later.take(sender, false, false);
             }
         }
     }
 
     /// Returns true if further frames give no more evidence.
-    fn is_over(&self, frame: &Frame, now: i64) -> bool {
+    fn is_over(&self, frame: &Frame, now: Ns) -> bool {
         let waits = |sender: &Sender| {
-            let longest_ns = self.to_ns.saturating_sub(self.from_ns).saturating_add(3 * sender.even.gap_ns);
-            !sender.over && now <= self.to_ns.saturating_add(longest_ns)
+            let longest_ns = self.to_ns - self.from_ns + 3 * sender.even.gap_ns;
+            !sender.over && now <= self.to_ns + longest_ns
         };
         let refuted = self.missing.refuted && self.later.refuted;
         refuted || frame.no > self.first + KEPT || !self.senders.iter().any(waits)
@@ -172,9 +173,9 @@ pub(super) struct Holes {
     found: Vec<u64>,
     /// Time since which the recording is known to be continuous, in ns; a frame before it does not show when the next
     /// one is due.
-    since_ns: i64,
+    since_ns: Ns,
     /// Time until which a live bus has reported all its frames, in ns.
-    given_ns: Option<i64>,
+    given_ns: Option<Ns>,
 }
 
 impl Holes {
@@ -190,7 +191,7 @@ impl Holes {
     }
 
     /// Starts anew: at the beginning of the recording, after lost frames, or after a step of its clock.
-    pub(super) fn start(&mut self, now: i64) {
+    pub(super) fn start(&mut self, now: Ns) {
         *self = Self { found: std::mem::take(&mut self.found), since_ns: now, ..Self::default() };
     }
 
@@ -200,9 +201,9 @@ impl Holes {
     }
 
     /// Advances a live bus to `now_ns`; later frames are awaited only for a short time.
-    pub(super) fn advance(&mut self, now_ns: i64) {
+    pub(super) fn advance(&mut self, now_ns: Ns) {
         self.given_ns = Some(now_ns);
-        if self.doubt.as_ref().is_some_and(|doubt| now_ns.saturating_sub(doubt.to_ns) > PATIENCE_NS) {
+        if self.doubt.as_ref().is_some_and(|doubt| now_ns - doubt.to_ns > PATIENCE_NS) {
             self.settle();
         }
     }
@@ -212,9 +213,9 @@ impl Holes {
     pub(super) fn begin(
         &mut self,
         frame: &Frame,
-        (from_ns, to_ns, unusual): (i64, i64, bool),
+        (from_ns, to_ns, unusual): (Ns, Ns, bool),
         even: impl Iterator<Item = Even>,
-        resolution_ns: i64,
+        resolution_ns: Ns,
     ) {
         let given = self.given_ns.is_some_and(|given_ns| given_ns > from_ns);
         if given || self.doubt.is_some() || restarts(frame) {
@@ -222,9 +223,9 @@ impl Holes {
         }
         let expected = |even: Even| {
             // If such a silence is usual, a sender is evidence only by a deviation that exceeds its usual ones.
-            let odd_ns = if unusual { 0 } else { even.most_off_ns };
-            let room_ns = even.off_ns.saturating_mul(4).max(OFF_NS).max(resolution_ns.saturating_mul(2)).max(odd_ns);
-            let due_ns = even.last_ns.saturating_add(even.gap_ns).saturating_add(room_ns);
+            let odd_ns = if unusual { Ns::ZERO } else { even.most_off_ns };
+            let room_ns = (even.off_ns * 4).max(OFF_NS).max(resolution_ns * 2).max(odd_ns);
+            let due_ns = even.last_ns + even.gap_ns + room_ns;
             let known = (self.since_ns..=from_ns).contains(&even.last_ns);
             let shows = known && room_ns <= even.gap_ns / SHOWS_PART && due_ns > from_ns;
             shows.then_some(Sender { even, room_ns, missed: due_ns < to_ns, back_ns: None, firm: false, over: false })
@@ -237,13 +238,13 @@ impl Holes {
         let missed = independent(&|sender| sender.missed);
         if missed > 0 && independent(&|_| true) >= SENDERS {
             let (missing, later) = (Guess { refuted: missed < SENDERS, ..Guess::default() }, Guess::default());
-            let by_ns = (1, to_ns.saturating_sub(from_ns));
+            let by_ns = (Ns(1), to_ns - from_ns);
             self.doubt = Some(HoleDoubt { first: frame.no, from_ns, to_ns, senders, missing, later, by_ns });
         }
     }
 
     /// Follows the next frame, at `now`.
-    pub(super) fn follow(&mut self, frame: &Frame, now: i64, stalls: &Stalls) {
+    pub(super) fn follow(&mut self, frame: &Frame, now: Ns, stalls: &Stalls) {
         let Some(doubt) = &mut self.doubt else { return };
         let id = identifier(frame);
         if let Some(place) = doubt.senders.iter().position(|one| Some(one.even.id) == id) {

@@ -9,6 +9,7 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::{Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::rules::finding::{Code, Finding};
 
 use super::duplicates::PATIENCE_NS;
@@ -96,14 +97,14 @@ struct Signs {
     /// Number of frames that came when they were due.
     came: u64,
     /// The time of the last missing frame, in ns, and half the period of its sender.
-    at_ns: i64,
-    near_ns: i64,
+    at_ns: Ns,
+    near_ns: Ns,
 }
 
 impl Signs {
     fn take(&mut self, number: u64, missed: Missed) {
         let Missed { node, frames, at_ns, period_ns, answered } = missed;
-        let apart_ns = at_ns.saturating_sub(self.at_ns).saturating_abs();
+        let apart_ns = (at_ns - self.at_ns).abs();
         // Frames that are missing at one time have one cause.
         let same = self.times > 0 && apart_ns <= self.near_ns.min(period_ns / 2);
         if self.times == 0 {
@@ -180,8 +181,8 @@ impl Losses {
     }
 
     /// Advances a live bus to `now_ns`; later frames are awaited only for a short time.
-    pub(super) fn advance(&mut self, now_ns: i64) {
-        if self.open.and_then(|open| open.t_ns).is_some_and(|open| now_ns.saturating_sub(open) > PATIENCE_NS) {
+    pub(super) fn advance(&mut self, now_ns: Ns) {
+        if self.open.and_then(|open| open.t_ns).is_some_and(|open| now_ns - open > PATIENCE_NS) {
             self.settle();
         }
     }

@@ -5,6 +5,8 @@
 //! one bus and travels in the [`Context`](crate::world::context::Context). It knows no rules of services and raises no
 //! findings of its own.
 
+use crate::bytes::ns::Ns;
+
 pub mod circumstance;
 mod clocks;
 pub mod duplicates;
@@ -48,7 +50,7 @@ pub struct Evidence {
 impl Evidence {
     /// Creates the evidence of a bus without frames; `jitter_ns`: the accuracy of its stamps as given by the user;
     /// `described`: the user says that it is CANopen.
-    pub fn new(jitter_ns: Option<i64>, described: bool) -> Self {
+    pub fn new(jitter_ns: Option<Ns>, described: bool) -> Self {
         Self { recording: Recording::new(jitter_ns), services: Services::new(described), ..Self::default() }
     }
 }

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 
 use super::recording::Recording;
 use super::when::When;
@@ -19,7 +20,7 @@ pub struct Owed {
     /// Its beginning.
     pub since: When,
     /// Its time limit, in ns.
-    pub limit_ns: i64,
+    pub limit_ns: Ns,
     /// The frame that shows the obligation: the configuring write or the command; `None` if learnt or described.
     pub why: Option<FrameRef>,
 }
@@ -29,12 +30,12 @@ pub struct Owed {
 pub struct Obligations<K> {
     open: BTreeMap<K, Owed>,
     /// The earliest deadline, in ns.
-    next_ns: i64,
+    next_ns: Ns,
 }
 
 impl<K: Ord> Default for Obligations<K> {
     fn default() -> Self {
-        Self { open: BTreeMap::new(), next_ns: i64::MAX }
+        Self { open: BTreeMap::new(), next_ns: Ns::MAX }
     }
 }
 
@@ -45,7 +46,7 @@ impl<K: Ord + Copy> Obligations<K> {
             return;
         }
         if let Some(since) = owed.since.at.t_ns {
-            self.next_ns = self.next_ns.min(since.saturating_add(owed.limit_ns));
+            self.next_ns = self.next_ns.min(since + owed.limit_ns);
         }
         self.open.insert(key, owed);
     }
@@ -77,7 +78,7 @@ impl<K: Ord + Copy> Obligations<K> {
 
     /// Removes and returns the obligations that are certainly older at `now` than `limit_ns`, regardless of their own
     /// limits.
-    pub fn overdue(&mut self, now: When, recording: &Recording, limit_ns: impl Fn(K, &Owed) -> i64) -> Vec<(K, Owed)> {
+    pub fn overdue(&mut self, now: When, recording: &Recording, limit_ns: impl Fn(K, &Owed) -> Ns) -> Vec<(K, Owed)> {
         let late = |key: K, owed: &Owed| recording.certainly_later(now, owed.since, limit_ns(key, owed));
         let due: Vec<(K, Owed)> = self.open.iter().filter(|(k, o)| late(**k, o)).map(|(k, o)| (*k, *o)).collect();
         for (key, _) in &due {
@@ -88,7 +89,7 @@ impl<K: Ord + Copy> Obligations<K> {
 
     /// Returns true if an obligation may be overdue at `now_ns`.
     #[inline]
-    pub fn may_be_due(&self, now_ns: i64) -> bool {
+    pub fn may_be_due(&self, now_ns: Ns) -> bool {
         now_ns > self.next_ns
     }
 
@@ -101,7 +102,7 @@ impl<K: Ord + Copy> Obligations<K> {
         }
     }
 
-    fn due_at(&mut self, now_ns: i64, now: When, recording: &Recording) -> Vec<(K, Owed)> {
+    fn due_at(&mut self, now_ns: Ns, now: When, recording: &Recording) -> Vec<(K, Owed)> {
         // After a possible loss of frames or a step of the clock, the time starts anew.
         self.open.values_mut().filter(|owed| owed.since.epoch != now.epoch).for_each(|owed| owed.since = now);
         let late = |owed: &Owed| recording.certainly_later(now, owed.since, owed.limit_ns);
@@ -109,9 +110,9 @@ impl<K: Ord + Copy> Obligations<K> {
         for (key, _) in &due {
             self.open.remove(key);
         }
-        let deadlines = self.open.values().filter_map(|owed| Some(owed.since.at.t_ns?.saturating_add(owed.limit_ns)));
+        let deadlines = self.open.values().filter_map(|owed| Some(owed.since.at.t_ns? + owed.limit_ns));
         // Obligations that are only probably overdue are examined again with the next frame.
-        self.next_ns = deadlines.min().unwrap_or(i64::MAX).max(now_ns);
+        self.next_ns = deadlines.min().unwrap_or(Ns::MAX).max(now_ns);
         due
     }
 }

@@ -18,9 +18,10 @@ use std::collections::VecDeque;
 use super::clocks::Clocks;
 use super::recording::CLOCK_STEP_NS;
 use crate::bytes::frame::{BusId, Frame, FrameRef, Kind};
+use crate::bytes::ns::Ns;
 
 /// Time by which a frame may be listed late, in ns: a step back of the stamps by more is a set clock.
-const WINDOW_NS: i64 = CLOCK_STEP_NS;
+const WINDOW_NS: Ns = CLOCK_STEP_NS;
 /// Number of frames at the beginning of a capture that wait although none was listed late: where one row in twenty is
 /// late, these contain about fifty of them.
 const LEARNING: u32 = 1024;
@@ -34,7 +35,7 @@ const SET_BACK: u32 = 8;
 /// then. One may be by the loss of another frame.
 const TWO_CLOCKS: u32 = 2;
 /// The time before the first stamp of a bus.
-const NEVER: i64 = i64::MIN;
+const NEVER: Ns = Ns::MIN;
 
 /// Frames that wait for those that are listed late. `T` is what travels with a frame.
 #[derive(Debug)]
@@ -49,7 +50,7 @@ pub struct Order<T> {
     /// True once a frame was listed late.
     late: bool,
     /// The time that has come without a frame, in ns.
-    now_ns: i64,
+    now_ns: Ns,
 }
 
 /// A place in the capture.
@@ -104,7 +105,7 @@ impl LateRow {
 }
 
 /// The number of steps of the clock before a frame, and its time in ns.
-type OrderKey = (u32, i64);
+type OrderKey = (u32, Ns);
 
 /// A released frame: its number is that of its place now. With it come the frame before it on its bus, if their stamps
 /// are comparable, and what travels with it.
@@ -183,7 +184,7 @@ impl<T> Order<T> {
     }
 
     /// Advances to `now_ns` without a frame.
-    pub fn pass(&mut self, now_ns: i64) {
+    pub fn pass(&mut self, now_ns: Ns) {
         self.now_ns = self.now_ns.max(now_ns);
     }
 
@@ -202,7 +203,7 @@ impl<T> Order<T> {
             waiting.compare(true, waiting.by_stamp());
         }
         let (step, now) = waiting.newest;
-        let waited = |(_, t_ns): OrderKey| now.max(self.now_ns).saturating_sub(t_ns) >= WINDOW_NS;
+        let waited = |(_, t_ns): OrderKey| now.max(self.now_ns) - t_ns >= WINDOW_NS;
         let due = |key: OrderKey| key.0 < step || now == NEVER || waited(key);
         waiting.frames.front().filter(|(key, ..)| over || due(*key))?;
         let (_, mut frame, beside) = waiting.frames.pop_front()?;
@@ -289,11 +290,11 @@ impl<T> Waiting<T> {
     }
 
     /// Returns the key of the next frame of the capture, and true if it is listed late.
-    fn key(&mut self, t_ns: Option<i64>) -> (OrderKey, bool) {
+    fn key(&mut self, t_ns: Option<Ns>) -> (OrderKey, bool) {
         let (step, newest) = self.newest;
         match t_ns {
             Some(now) if now >= newest => self.newest.1 = now,
-            Some(now) if newest.saturating_sub(now) < WINDOW_NS => return ((step, now), true),
+            Some(now) if newest - now < WINDOW_NS => return ((step, now), true),
             Some(now) => self.newest = (step.saturating_add(1), now),
             None => {}
         }
@@ -326,7 +327,7 @@ impl<T> Waiting<T> {
     /// order by that. `over`: no frame follows. `by_stamp`: the order in which they are.
     fn compare(&mut self, over: bool, by_stamp: bool) {
         let (step, now) = self.newest;
-        let waits = |key: OrderKey| !over && now != NEVER && key.0 == step && now.saturating_sub(key.1) < WINDOW_NS;
+        let waits = |key: OrderKey| !over && now != NEVER && key.0 == step && now - key.1 < WINDOW_NS;
         while let Some((_, step)) = self.steps.front().copied().filter(|(key, _)| !waits(*key)) {
             self.by_stamp.follow(step);
             self.steps.pop_front();
@@ -397,7 +398,7 @@ mod tests {
         let mut order = Order { learning: first, ..Order::default() };
         let mut out = Vec::new();
         for (place, (id, us)) in listed.iter().enumerate() {
-            let (no, t_ns, data) = (place as u64 + 1, Some(us * 1_000), [0x40, place as u8 / 2, 0x10, 0]);
+            let (no, t_ns, data) = (place as u64 + 1, Some(Ns::from_us(*us)), [0x40, place as u8 / 2, 0x10, 0]);
             let frame = Frame { no, t_ns, ..Frame::classic(CanId::standard(*id), &data) };
             if order.passes(&frame) {
                 out.push((frame.no, frame.no));

@@ -5,6 +5,7 @@
 //! dropped. The queue is bounded in time and count; findings beyond the bounds are released at once.
 
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::rules::finding::{Code, Finding};
 
 use super::recording::{Recording, Verdict};
@@ -17,7 +18,7 @@ const KEPT: usize = 256;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Until {
     /// An explanation within this time in ns (or, without stamps, frames).
-    Explained(i64),
+    Explained(Ns),
     /// The node's next sign of life; without it, the loss of the node explains the finding.
     Alive,
     /// A frame of the host that was on the bus earlier and is listed late. After a stall of the recorder, the finding
@@ -81,7 +82,7 @@ impl Pending {
         self.watched = if watched { self.watched | bit } else { self.watched & !bit };
         for waiting in self.waiting.iter_mut().filter(|one| one.finding.node == Some(node)) {
             if waiting.until == Until::Alive {
-                waiting.until = Until::Explained(0);
+                waiting.until = Until::Explained(Ns::ZERO);
             }
         }
     }
@@ -140,7 +141,7 @@ impl Waiting {
             Until::Listed => recording.is_settled(self.since.at, now.at).then_some(true),
             Until::Explained(ns) => {
                 let over = match recording.between(self.since, now) {
-                    Some(age) => !(0..=ns).contains(&age),
+                    Some(age) => !(Ns::ZERO..=ns).contains(&age),
                     None if now.epoch != self.since.epoch => true,
                     None => now.at.no > self.since.at.no + FRAMES,
                 };

@@ -11,6 +11,7 @@
 //! taken for verdicts once nothing about it is open ([`Recording::undecided_since`]).
 
 use crate::bytes::frame::{CanId, Direction, Frame, FrameRef, Kind};
+use crate::bytes::ns::Ns;
 use crate::rules::finding::Finding;
 
 use super::duplicates::{Duplicates, Sighting};
@@ -23,14 +24,14 @@ use super::when::When;
 pub use super::stalls::Verdict;
 
 /// Maximum delay with which a host lists its own frames, in ns.
-const LATEST_ECHO_NS: i64 = 10_000_000;
+const LATEST_ECHO_NS: Ns = Ns::from_ms(10);
 /// The same in frames, without stamps.
 const LATEST_ECHO_FRAMES: u64 = 2;
 /// Minimum allowance for late own frames, in ns, whatever has been seen so far.
-const LEAST_ECHO_NS: i64 = 2_500_000;
+const LEAST_ECHO_NS: Ns = Ns::from_us(2_500);
 /// Usual maximum delay of own frames on a host that lists them late, in ns: a request this close after the preceding
 /// answer belongs to it.
-pub const USUAL_ECHO_NS: i64 = 1_000_000;
+pub const USUAL_ECHO_NS: Ns = Ns::from_ms(1);
 /// Number of exchanges after which the delay is taken from them.
 const EXCHANGES: u32 = 64;
 /// Number of exchanges, all in order, after which a missing own frame is not awaited at the end of the capture.
@@ -39,16 +40,16 @@ const IN_ORDER: u32 = 16;
 const TWO_PERIODS_TENTHS: i64 = 20;
 /// Minimum backward step of the stamps that is a set clock, in ns. Below, two buses or the host's own frames are listed
 /// out of order.
-pub(super) const CLOCK_STEP_NS: i64 = LATEST_ECHO_NS + 1;
+pub(super) const CLOCK_STEP_NS: Ns = Ns(LATEST_ECHO_NS.as_ns() + 1);
 /// Minimum backward step after which another recording may begin, as in files joined or recorded twice into one, in ns;
 /// a running clock is set by less.
-const ANOTHER_NS: i64 = 1_000_000_000;
+const ANOTHER_NS: Ns = Ns::from_s(1);
 /// Possible lateness of the first stamp after an equally long silence, as a part of the time to the next frame, and its
 /// minimum in ns.
 const LATE_PART: i64 = 3;
-const LATE_NS: i64 = 2_000_000;
+const LATE_NS: Ns = Ns::from_ms(2);
 /// Minimum length of a silence of the whole bus that is a pause of the network, whatever was due in it, in ns.
-pub const PAUSE_NS: i64 = 1_000_000_000;
+pub const PAUSE_NS: Ns = Ns::from_s(1);
 /// The CAN-IDs of requests of SDO clients.
 const SDO_REQUESTS: std::ops::RangeInclusive<u32> = 0x601..=0x67F;
 /// Number of periods of a single sender from which a silence is the recording's, even if no other node was due.
@@ -57,9 +58,9 @@ const LONG: i64 = 10;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Silence {
     /// Its beginning, in ns.
-    pub from_ns: i64,
+    pub from_ns: Ns,
     /// Its end, or its latest time so far, in ns.
-    pub to_ns: i64,
+    pub to_ns: Ns,
     /// Nodes, one bit each, with a missing frame in it, if it was longer than recent ones; bit 0: no node.
     pub missing: u128,
     /// The same for frames that were due for two periods when it ended.
@@ -73,13 +74,13 @@ pub struct Silence {
 
 impl Silence {
     /// Returns its length, in ns.
-    pub fn ns(self) -> i64 {
-        self.to_ns.saturating_sub(self.from_ns)
+    pub fn ns(self) -> Ns {
+        self.to_ns - self.from_ns
     }
 
     /// Returns true if it is not caused by the node: others were due as well, or it was far longer than the node's
     /// period.
-    pub fn is_of_all(self, node: u8, period_ns: i64) -> bool {
+    pub fn is_of_all(self, node: u8, period_ns: Ns) -> bool {
         self.missing & !(1 << (node & 0x7F)) != 0 || self.ns() / LONG > period_ns
     }
 }
@@ -103,12 +104,12 @@ pub struct Recording {
     losses: u32,
     resolution: Resolution,
     /// Time of the last frame, in ns.
-    last_ns: Option<i64>,
+    last_ns: Option<Ns>,
     /// The last silence before a run of frames, in ns.
-    silence_ns: i64,
+    silence_ns: Ns,
     /// The last silence, and the time of the last frame, among the frames taken.
     silence: Option<Silence>,
-    taken_ns: Option<i64>,
+    taken_ns: Option<Ns>,
     /// The CAN-ID of the first of them, and true if others have another one.
     only: Option<CanId>,
     several: bool,
@@ -122,7 +123,7 @@ pub struct Recording {
     holes: Holes,
     single: Losses,
     /// The option `--jitter`, in ns.
-    jitter_ns: Option<i64>,
+    jitter_ns: Option<Ns>,
 }
 
 /// A step by which the clock of the stamps was set back.
@@ -141,20 +142,20 @@ struct StampClock {
     /// Incremented at each step.
     steps: u32,
     /// The first and the latest time since, in ns.
-    first_ns: Option<i64>,
-    latest_ns: Option<i64>,
+    first_ns: Option<Ns>,
+    latest_ns: Option<Ns>,
 }
 
 /// The delay of own frames.
 #[derive(Clone, Copy, Debug, Default)]
 struct Echo {
     exchanges: u32,
-    latest_ns: i64,
+    latest_ns: Ns,
 }
 
 impl Recording {
     /// Creates a recording, with its accuracy if the user gives one.
-    pub fn new(jitter_ns: Option<i64>) -> Self {
+    pub fn new(jitter_ns: Option<Ns>) -> Self {
         Self { jitter_ns, ..Self::default() }
     }
 
@@ -181,20 +182,20 @@ impl Recording {
         };
         let mut happened = Happened::default();
         let (resolution_ns, wire_ns) = (self.resolution.ns(), wire_ns(frame));
-        let gap = frame.t_ns.zip(self.last_ns).map(|(now, last)| now.saturating_sub(last));
+        let gap = frame.t_ns.zip(self.last_ns).map(|(now, last)| now - last);
         let close = gap.is_some_and(|gap| gap < wire_ns);
         // Stamps coarser than the distance of duplicates only show the order.
         let unstamped = Frame { t_ns: None, ..*frame };
         let compared = if resolution_ns > super::duplicates::APART_NS { &unstamped } else { frame };
         happened.sighting = self.duplicates.step(compared, close, resolution_ns);
-        let mut silent_ns = 0;
+        let mut silent_ns = Ns::ZERO;
         if let Some(now) = frame.t_ns {
             self.resolution.follow(frame, (now, gap, wire_ns), happened.sighting);
             happened.step = self.step_of_clock(now);
             if happened.step.is_some() || self.last_ns.is_none() {
                 self.holes.start(now);
             }
-            silent_ns = gap.map_or(0, |gap| gap.max(0));
+            silent_ns = gap.map_or(Ns::ZERO, |gap| gap.max(Ns::ZERO));
             if let Some(last) = self.last_ns.filter(|_| silent_ns > SHORTEST_STALL_NS) {
                 happened.silence = Some(Box::new(self.measure(last, now)));
                 if !self.duplicates.are_proven() && self.duplicates.undecided_since().is_none() {
@@ -327,7 +328,7 @@ impl Recording {
     }
 
     /// Advances to `now_ns` without a frame and decides a burst that has ended by then.
-    pub fn advance(&mut self, now_ns: i64) {
+    pub fn advance(&mut self, now_ns: Ns) {
         self.duplicates.advance(now_ns);
         self.stalls.advance(self.last_ns, now_ns, &self.duplicates);
         self.holes.advance(now_ns);
@@ -345,28 +346,28 @@ impl Recording {
     }
 
     /// Records an exchange whose request is listed `late_ns` after the answer (0: before it).
-    pub fn exchanged(&mut self, late_ns: i64) {
+    pub fn exchanged(&mut self, late_ns: Ns) {
         self.echo.exchanges = self.echo.exchanges.saturating_add(1);
-        self.echo.latest_ns = self.echo.latest_ns.max(late_ns.clamp(0, LATEST_ECHO_NS));
+        self.echo.latest_ns = self.echo.latest_ns.max(late_ns.clamp(Ns::ZERO, LATEST_ECHO_NS));
     }
 
     /// Returns the resolution of the stamps in ns; at least 1.
-    pub fn resolution_ns(&self) -> i64 {
+    pub fn resolution_ns(&self) -> Ns {
         self.resolution.ns()
     }
 
     /// Returns the maximum delay with which own frames are listed, in ns.
-    pub fn lag_ns(&self) -> i64 {
+    pub fn lag_ns(&self) -> Ns {
         if self.echo.exchanges < EXCHANGES {
             return LATEST_ECHO_NS;
         }
         // The largest delay so far is rarely the largest of all.
-        self.echo.latest_ns.saturating_mul(2).clamp(LEAST_ECHO_NS, LATEST_ECHO_NS)
+        (self.echo.latest_ns * 2).clamp(LEAST_ECHO_NS, LATEST_ECHO_NS)
     }
 
     /// Returns true if the capture lists own frames when they are sent, as far as its exchanges show.
     pub fn lists_in_order(&self) -> bool {
-        self.echo.exchanges >= IN_ORDER && self.echo.latest_ns == 0
+        self.echo.exchanges >= IN_ORDER && self.echo.latest_ns == Ns::ZERO
     }
 
     /// Returns true if the time of a frame shows something about its sender; frames of a burst may have any time.
@@ -385,27 +386,27 @@ impl Recording {
     }
 
     /// Returns the accuracy of the stamps that the user gives, in ns.
-    pub fn stated_jitter_ns(&self) -> Option<i64> {
+    pub fn stated_jitter_ns(&self) -> Option<Ns> {
         self.jitter_ns
     }
 
     /// Returns the possible lateness of a frame's stamp in ns: at most the preceding silence of the bus, since delayed
     /// frames are stamped in a row. 0 if the user gives the accuracy.
-    pub fn lateness_ns(&self, when: When) -> i64 {
-        if self.jitter_ns.is_some() { 0 } else { when.silent_ns }
+    pub fn lateness_ns(&self, when: When) -> Ns {
+        if self.jitter_ns.is_some() { Ns::ZERO } else { when.silent_ns }
     }
 
     /// Returns the same, limited to the part that may shorten a time of `apart_ns` to the next frame.
-    pub fn shortens_ns(&self, when: When, apart_ns: i64) -> i64 {
+    pub fn shortens_ns(&self, when: When, apart_ns: Ns) -> Ns {
         self.lateness_ns(when).min(LATE_NS.max(apart_ns / LATE_PART))
     }
 
     /// Returns the earliest and the latest time at which a frame was on the bus, in ns.
-    pub fn interval(&self, when: When) -> (i64, i64) {
-        let Some(stamp) = when.at.t_ns else { return (i64::MIN, i64::MAX) };
+    pub fn interval(&self, when: When) -> (Ns, Ns) {
+        let Some(stamp) = when.at.t_ns else { return (Ns::MIN, Ns::MAX) };
         let uncertain = self.jitter_ns.unwrap_or_else(|| self.resolution_ns());
-        let echo = if when.own { self.lag_ns() } else { 0 };
-        let earliest = stamp.saturating_sub(uncertain.saturating_add(echo));
+        let echo = if when.own { self.lag_ns() } else { Ns::ZERO };
+        let earliest = stamp - (uncertain + echo);
         match self.stalls.since_ns(when.burst) {
             Some(from_ns) => (from_ns.min(earliest), stamp),
             None => (earliest, stamp),
@@ -415,23 +416,21 @@ impl Recording {
     /// Returns true if an own frame that was on the bus before `since` must have been listed by `now`.
     pub fn is_settled(&self, since: FrameRef, now: FrameRef) -> bool {
         match since.t_ns.zip(now.t_ns) {
-            Some((since_ns, now_ns)) => {
-                now.no > since.no && !(0..LATEST_ECHO_NS).contains(&now_ns.saturating_sub(since_ns))
-            }
+            Some((since_ns, now_ns)) => now.no > since.no && !(Ns::ZERO..LATEST_ECHO_NS).contains(&(now_ns - since_ns)),
             None => now.no > since.no + LATEST_ECHO_FRAMES,
         }
     }
 
     /// Returns true if certainly more than `limit_ns` lies between two frames.
-    pub fn certainly_later(&self, now: When, since: When, limit_ns: i64) -> bool {
+    pub fn certainly_later(&self, now: When, since: When, limit_ns: Ns) -> bool {
         let ((earliest, _), (_, latest)) = (self.interval(now), self.interval(since));
-        now.epoch == since.epoch && earliest.saturating_sub(latest) > limit_ns
+        now.epoch == since.epoch && earliest - latest > limit_ns
     }
 
     /// Returns true if certainly less than `limit_ns` lies between two frames.
-    pub fn certainly_within(&self, now: When, since: When, limit_ns: i64) -> bool {
+    pub fn certainly_within(&self, now: When, since: When, limit_ns: Ns) -> bool {
         let ((_, latest), (earliest, _)) = (self.interval(now), self.interval(since));
-        now.epoch == since.epoch && latest.saturating_sub(earliest) < limit_ns
+        now.epoch == since.epoch && latest - earliest < limit_ns
     }
 
     /// Returns true if a frame may have been on the bus before another, whatever their order in the list.
@@ -445,49 +444,49 @@ impl Recording {
 
     /// Returns true if an equal frame was sent again and is not a duplicate of the earlier one.
     pub fn is_sent_again(&self, before: FrameRef, now: FrameRef) -> bool {
-        before.t_ns.zip(now.t_ns).is_some_and(|(before, now)| now.saturating_sub(before) > super::duplicates::APART_NS)
+        before.t_ns.zip(now.t_ns).is_some_and(|(before, now)| now - before > super::duplicates::APART_NS)
     }
 
     /// Returns the time between two frames by their stamps, in ns; `None` without stamps or across a gap.
-    pub fn between(&self, since: When, now: When) -> Option<i64> {
+    pub fn between(&self, since: When, now: When) -> Option<Ns> {
         if since.epoch != now.epoch {
             return None;
         }
-        Some(now.at.t_ns?.saturating_sub(since.at.t_ns?))
+        Some(now.at.t_ns? - since.at.t_ns?)
     }
 
     /// Returns the last stall of the recorder: its end, as a frame's time, and its length, in ns.
-    pub fn stalled(&self) -> Option<(i64, i64)> {
+    pub fn stalled(&self) -> Option<(Ns, Ns)> {
         let (from_ns, to_ns) = self.stalls.last_stall()?;
-        Some((to_ns, to_ns.saturating_sub(from_ns)))
+        Some((to_ns, to_ns - from_ns))
     }
 
     /// Returns the last silence of the whole bus that concerns a verdict; it may still last at `now_ns`.
-    pub fn silence(&self, now_ns: i64) -> Option<Silence> {
+    pub fn silence(&self, now_ns: Ns) -> Option<Silence> {
         match self.taken_ns {
-            Some(from_ns) if now_ns.saturating_sub(from_ns) > SHORTEST_STALL_NS => Some(self.measure(from_ns, now_ns)),
+            Some(from_ns) if now_ns - from_ns > SHORTEST_STALL_NS => Some(self.measure(from_ns, now_ns)),
             _ => self.silence,
         }
     }
 
     /// Returns true if a node's obligation fell due at `fell_ns`, in a silence of the whole bus (perhaps still lasting
     /// at `now_ns`) that is not the node's own fault. `period_ns`: the period of the obligation.
-    pub fn was_silent(&self, node: u8, fell_ns: i64, period_ns: i64, now_ns: i64) -> bool {
+    pub fn was_silent(&self, node: u8, fell_ns: Ns, period_ns: Ns, now_ns: Ns) -> bool {
         let holds = |one: &Silence| (one.from_ns..=one.to_ns).contains(&fell_ns) && one.is_of_all(node, period_ns);
         self.silence(now_ns).is_some_and(|silence| holds(&silence))
     }
 
     /// Returns the silence of the whole bus that a frame ended at `now_ns`, if it concerns a verdict.
     #[inline]
-    pub fn ended_silence(&self, now_ns: i64) -> Option<&Silence> {
+    pub fn ended_silence(&self, now_ns: Ns) -> Option<&Silence> {
         self.silence.as_ref().filter(|silence| silence.to_ns == now_ns)
     }
 
-    fn measure(&self, from_ns: i64, to_ns: i64) -> Silence {
+    fn measure(&self, from_ns: Ns, to_ns: Ns) -> Silence {
         let missing = |tenths: i64| self.stalls.missing(from_ns, to_ns, tenths);
         let (missing, paused) = (missing(UNUSUAL_TENTHS), missing(TWO_PERIODS_TENTHS));
         let others = self.stalls.others_missed(from_ns, to_ns);
-        Silence { from_ns, to_ns, missing, paused, others, odd: self.stalls.is_odd(to_ns.saturating_sub(from_ns)) }
+        Silence { from_ns, to_ns, missing, paused, others, odd: self.stalls.is_odd(to_ns - from_ns) }
     }
 
     /// Returns the verdict on a burst; `None` for none, or for one forgotten after its verdict.
@@ -495,9 +494,9 @@ impl Recording {
         self.stalls.verdict(burst)
     }
 
-    fn step_of_clock(&mut self, now: i64) -> Option<ClockStep> {
+    fn step_of_clock(&mut self, now: Ns) -> Option<ClockStep> {
         let first = self.clock.first_ns?;
-        let back = self.clock.latest_ns?.saturating_sub(now);
+        let back = self.clock.latest_ns? - now;
         if back < CLOCK_STEP_NS {
             return None;
         }
@@ -508,13 +507,13 @@ impl Recording {
     }
 
     /// Returns true if a frame at this time ends a silence of the bus longer than recent ones.
-    pub fn is_unusual_silence(&self, now_ns: Option<i64>) -> bool {
-        let silence_ns = now_ns.zip(self.last_ns).map(|(now, last)| now.saturating_sub(last));
+    pub fn is_unusual_silence(&self, now_ns: Option<Ns>) -> bool {
+        let silence_ns = now_ns.zip(self.last_ns).map(|(now, last)| now - last);
         silence_ns.is_some_and(|silence_ns| self.stalls.is_unusual(silence_ns))
     }
 
     /// Returns the time of the last frame of the bus, in ns.
-    pub fn last_ns(&self) -> Option<i64> {
+    pub fn last_ns(&self) -> Option<Ns> {
         self.last_ns
     }
 }

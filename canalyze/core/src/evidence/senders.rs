@@ -4,6 +4,7 @@
 //! ([`Period`](super::period::Period)).
 
 use crate::bytes::frame::{Frame, Kind};
+use crate::bytes::ns::Ns;
 
 /// Number of CAN-IDs with a usual gap: all 11-bit ones, and their remote frames behind them.
 const IDENTIFIERS: usize = 0x1000;
@@ -23,7 +24,7 @@ const KNOWN: usize = 3;
 /// Part by which two gaps may differ at most if no others are known.
 const EXACT: i64 = 64;
 /// Maximum deviation of a frame that is on time, in ns; beyond it, the frame is late.
-const ON_TIME_NS: i64 = 1_000_000;
+const ON_TIME_NS: Ns = Ns::from_ms(1);
 /// Minimum ratio of the gaps of an even CAN-ID to those in a burst.
 const SQUEEZED: i64 = 3;
 
@@ -35,7 +36,7 @@ const PDO: std::ops::RangeInclusive<usize> = 0x181..=0x57F;
 const ANSWERS: u8 = 3;
 /// Maximum difference of such delays as a part of the period of SYNC, and in ns.
 const ANSWER_PART: i64 = 8;
-const ANSWER_NS: i64 = 500_000;
+const ANSWER_NS: Ns = Ns::from_us(500);
 
 /// Maximum number of periods between two frames of which some in between were lost one by one, and the part of the
 /// period by which the phase may deviate.
@@ -50,15 +51,15 @@ const KEPT: usize = 5;
 /// The usual gap of a CAN-ID.
 #[derive(Clone, Copy, Debug, Default)]
 struct Usual {
-    last_ns: i64,
+    last_ns: Ns,
     /// The last gaps, and the number of all so far.
-    kept: [i64; KEPT],
+    kept: [Ns; KEPT],
     gaps: usize,
     /// Their median, and the median of their deviations from it, in ns.
-    gap_ns: i64,
-    off_ns: i64,
+    gap_ns: Ns,
+    off_ns: Ns,
     /// The last gap of any length, in ns.
-    before_ns: i64,
+    before_ns: Ns,
     /// Number of repetitions after a small part of the usual gap, counted once for each run of frames; and the last
     /// such run.
     pairs: usize,
@@ -71,7 +72,7 @@ struct Usual {
 #[derive(Clone, Copy, Debug, Default)]
 struct Answer {
     /// The delay of the last frame after the SYNC before it, in ns.
-    delay_ns: i64,
+    delay_ns: Ns,
     /// Number of frames in a row with similar delays.
     even: u8,
 }
@@ -79,9 +80,9 @@ struct Answer {
 impl Answer {
     /// Takes a frame after SYNC; returns true if its CAN-ID answers SYNC and this frame does so.
     #[inline]
-    fn take(&mut self, sync: SyncSeen, now: i64) -> bool {
-        let delay_ns = now.saturating_sub(sync.last_ns);
-        let alike = delay_ns.saturating_sub(self.delay_ns).saturating_abs() <= sync.most_ns && delay_ns <= sync.half_ns;
+    fn take(&mut self, sync: SyncSeen, now: Ns) -> bool {
+        let delay_ns = now - sync.last_ns;
+        let alike = (delay_ns - self.delay_ns).abs() <= sync.most_ns && delay_ns <= sync.half_ns;
         let answers = alike && self.even >= ANSWERS;
         if alike {
             self.even = (self.even + 1).min(2 * ANSWERS);
@@ -99,10 +100,10 @@ impl Answer {
 /// The last SYNC and half the usual gap between SYNCs, in ns.
 #[derive(Clone, Copy, Debug, Default)]
 struct SyncSeen {
-    last_ns: i64,
-    half_ns: i64,
+    last_ns: Ns,
+    half_ns: Ns,
     /// Maximum difference of the delays of an answer, in ns.
-    most_ns: i64,
+    most_ns: Ns,
     /// Its counter, if it has one.
     counter: Option<u8>,
 }
@@ -113,8 +114,8 @@ struct Squeezed {
     /// The number of the burst, or 0.
     burst: u32,
     /// The time to the repetition, and the last gap after the burst, in ns.
-    ns: i64,
-    gap_ns: i64,
+    ns: Ns,
+    gap_ns: Ns,
 }
 
 /// A CAN-ID that is sent on its own with even gaps.
@@ -124,18 +125,18 @@ pub(super) struct Even {
     /// The node of a heartbeat; 0 for other CAN-IDs, which may depend on each other like PDOs on SYNC.
     pub(super) node: u8,
     /// Time of the last frame, usual gap, and its usual deviation, in ns.
-    pub(super) last_ns: i64,
-    pub(super) gap_ns: i64,
-    pub(super) off_ns: i64,
+    pub(super) last_ns: Ns,
+    pub(super) gap_ns: Ns,
+    pub(super) off_ns: Ns,
     /// Largest deviation of the last gaps, in ns.
-    pub(super) most_off_ns: i64,
+    pub(super) most_off_ns: Ns,
 }
 
 /// Lateness of a frame and its uncertainty, in ns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Late {
-    pub(super) ns: i64,
-    pub(super) room_ns: i64,
+    pub(super) ns: Ns,
+    pub(super) room_ns: Ns,
 }
 
 impl Late {
@@ -172,8 +173,8 @@ pub(super) struct Missed {
     /// Their number.
     pub(super) frames: u32,
     /// The due time of the first one, and the period, in ns.
-    pub(super) at_ns: i64,
-    pub(super) period_ns: i64,
+    pub(super) at_ns: Ns,
+    pub(super) period_ns: Ns,
     /// True if it is a SYNC that was counted, or that PDOs answered.
     pub(super) answered: bool,
 }
@@ -182,57 +183,57 @@ pub(super) struct Missed {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Run {
     pub(super) number: u32,
-    pub(super) from_ns: i64,
-    pub(super) to_ns: i64,
+    pub(super) from_ns: Ns,
+    pub(super) to_ns: Ns,
     /// True if the silence is longer than recent ones.
     pub(super) unusual: bool,
 }
 
 impl Usual {
     /// Returns the due time of the next frame in ns, if the gaps are even.
-    fn due_ns(&self) -> Option<i64> {
+    fn due_ns(&self) -> Option<Ns> {
         let even = self.gaps >= KNOWN && self.off_ns < self.gap_ns / 8;
-        even.then(|| self.last_ns.saturating_add(self.gap_ns))
+        even.then(|| self.last_ns + self.gap_ns)
     }
 
     /// Returns the usual gap and its deviation in ns, if the gaps are even. The last two gaps suffice if little else is
     /// known.
-    fn even(&self) -> Option<(i64, i64)> {
+    fn even(&self) -> Option<(Ns, Ns)> {
         if self.due_ns().is_some() {
             // Gaps that a stall may have lengthened were left out; the last gap of any length has to be similar.
-            let as_usual = self.before_ns.abs_diff(self.gap_ns) < self.gap_ns.unsigned_abs() / 2;
+            let as_usual = self.before_ns.abs_diff(self.gap_ns) < self.gap_ns.abs() / 2;
             return as_usual.then_some((self.gap_ns, self.off_ns));
         }
         let kept = |before: usize| self.kept.get(self.gaps.checked_sub(before)? % KEPT).copied();
         let (last, before) = (kept(1)?, kept(2)?);
-        let off_ns = last.saturating_sub(before).saturating_abs();
+        let off_ns = (last - before).abs();
         (off_ns < last / EXACT).then_some((last, off_ns))
     }
 
     /// Returns the largest deviation of the kept gaps from `gap_ns`.
-    fn most_off_ns(&self, gap_ns: i64) -> i64 {
+    fn most_off_ns(&self, gap_ns: Ns) -> Ns {
         let kept = self.kept.iter().take(self.gaps);
-        kept.map(|gap| gap.saturating_sub(gap_ns).saturating_abs()).max().unwrap_or(0)
+        kept.map(|gap| (*gap - gap_ns).abs()).max().unwrap_or(Ns::ZERO)
     }
 
     /// Returns the lateness of a frame at `now`. If several were due and one has come, others are missing and it is not
     /// late.
-    fn late(&self, from: i64, now: i64) -> Option<Late> {
-        let ns = now.saturating_sub(self.due_ns().filter(|due| *due > from)?);
-        let room_ns = self.off_ns.saturating_mul(4).max(ON_TIME_NS);
+    fn late(&self, from: Ns, now: Ns) -> Option<Late> {
+        let ns = now - self.due_ns().filter(|due| *due > from)?;
+        let room_ns = (self.off_ns * 4).max(ON_TIME_NS);
         (-room_ns..self.gap_ns / 4 * 3).contains(&ns).then_some(Late { ns, room_ns })
     }
 
     /// Adds a gap after a burst in which the CAN-ID repeated; returns the number of the burst once two gaps agree on
     /// being longer.
-    fn compare(&mut self, gap: i64, least_ns: i64) -> u32 {
+    fn compare(&mut self, gap: Ns, least_ns: Ns) -> u32 {
         let Squeezed { burst, ns, gap_ns } = self.squeezed;
         if burst == 0 {
             return 0;
         }
-        let longer = |gap: i64| gap / SQUEEZED > ns.max(least_ns);
+        let longer = |gap: Ns| gap / SQUEEZED > ns.max(least_ns);
         self.squeezed.gap_ns = gap;
-        if longer(gap) && longer(gap_ns) && gap.abs_diff(gap_ns) < gap.unsigned_abs() / 4 { burst } else { 0 }
+        if longer(gap) && longer(gap_ns) && gap.abs_diff(gap_ns) < gap.abs() / 4 { burst } else { 0 }
     }
 
     /// Records a repetition after a small part of the usual gap; returns true if that is unusual, since some CAN-IDs
@@ -248,8 +249,8 @@ impl Usual {
 
     /// Adds a frame at `now` that is neither early nor in a burst; returns the result of [`Self::compare`].
     #[inline]
-    fn take(&mut self, now: i64, drain_ns: i64) -> u32 {
-        let gap = now.saturating_sub(self.last_ns);
+    fn take(&mut self, now: Ns, drain_ns: Ns) -> u32 {
+        let gap = now - self.last_ns;
         (self.last_ns, self.before_ns) = (now, gap);
         let tells_of = self.compare(gap, drain_ns);
         self.learn(gap);
@@ -258,15 +259,15 @@ impl Usual {
 
     /// Examines a frame at `now` in detail. Out of line, since few frames need it.
     #[inline(never)]
-    fn see(&mut self, id: usize, now: i64, run: Option<Run>, drain_ns: i64) -> SenderEvidence {
-        let gap = now.saturating_sub(self.last_ns);
-        let again = run.filter(|run| gap <= now.saturating_sub(run.to_ns));
+    fn see(&mut self, id: usize, now: Ns, run: Option<Run>, drain_ns: Ns) -> SenderEvidence {
+        let gap = now - self.last_ns;
+        let again = run.filter(|run| gap <= now - run.to_ns);
         let even = self.gap_ns > 4 * drain_ns;
         let timed = run.filter(|_| even && again.is_none() && is_timed(id));
         let late = timed.and_then(|run| self.late(run.from_ns, now));
         let mut seen = SenderEvidence { late, ..SenderEvidence::default() };
-        let known = std::mem::replace(&mut self.last_ns, now) != 0;
-        if !known || gap < 0 {
+        let known = std::mem::replace(&mut self.last_ns, now) != Ns::ZERO;
+        if !known || gap < Ns::ZERO {
             return seen;
         }
         // The recorder may have lengthened the gap.
@@ -275,16 +276,16 @@ impl Usual {
         // Frames from a slow buffer are compressed less, which is evidence only after an unusual silence.
         let squeezed = self.gaps > 1 && run.is_some_and(|run| run.unusual) && gap / 2 < self.gap_ns / 5;
         seen.compressed = even && (short || squeezed) && is_timed(id) && self.pair(run);
-        seen.caught_up = seen.compressed && self.before_ns > self.gap_ns.saturating_add(self.gap_ns / 4);
+        seen.caught_up = seen.compressed && self.before_ns > self.gap_ns + self.gap_ns / 4;
         self.before_ns = gap;
         // A silence can bring two frames closer by its length at most.
-        if let Some(run) = again.filter(|run| gap <= run.to_ns.saturating_sub(run.from_ns) / 2) {
+        if let Some(run) = again.filter(|run| gap <= (run.to_ns - run.from_ns) / 2) {
             // The meaning for its sender is known once the burst is decided.
             seen.again = self.gaps < KNOWN && is_timed(id);
             if seen.again {
                 let before = Some(self.squeezed).filter(|one| one.burst == run.number);
                 let ns = before.map_or(gap, |one| one.ns.min(gap));
-                self.squeezed = Squeezed { burst: run.number, ns, gap_ns: 0 };
+                self.squeezed = Squeezed { burst: run.number, ns, gap_ns: Ns::ZERO };
             }
             return seen;
         }
@@ -296,7 +297,7 @@ impl Usual {
     }
 
     #[inline]
-    fn learn(&mut self, gap: i64) {
+    fn learn(&mut self, gap: Ns) {
         let place = self.gaps % KEPT;
         if let Some(slot) = self.kept.get_mut(place) {
             *slot = gap;
@@ -312,28 +313,28 @@ impl Usual {
     fn average(&mut self) {
         if self.gaps >= KEPT {
             self.gap_ns = median_of_five(self.kept);
-            self.off_ns = median_of_five(self.kept.map(|gap| gap.saturating_sub(self.gap_ns).saturating_abs()));
+            self.off_ns = median_of_five(self.kept.map(|gap| (gap - self.gap_ns).abs()));
             return;
         }
         let mut kept = self.kept;
         let Some(kept) = kept.get_mut(..self.gaps) else { return };
         self.gap_ns = median(kept);
-        kept.iter_mut().for_each(|gap| *gap = gap.saturating_sub(self.gap_ns).saturating_abs());
+        kept.iter_mut().for_each(|gap| *gap = (*gap - self.gap_ns).abs());
         self.off_ns = median(kept);
     }
 }
 
 /// Returns the same as [`median`] without sorting, since every CAN-ID needs it often.
-fn median_of_five([a, b, c, d, e]: [i64; KEPT]) -> i64 {
+fn median_of_five([a, b, c, d, e]: [Ns; KEPT]) -> Ns {
     let low = a.min(b).max(c.min(d));
     let high = a.max(b).min(c.max(d));
     // The median of these and the fifth.
     e.min(low).max(e.max(low).min(high))
 }
 
-fn median(values: &mut [i64]) -> i64 {
+fn median(values: &mut [Ns]) -> Ns {
     values.sort_unstable();
-    values.get(values.len() / 2).copied().unwrap_or(0)
+    values.get(values.len() / 2).copied().unwrap_or(Ns::ZERO)
 }
 
 /// The CAN-IDs of a bus.
@@ -348,7 +349,7 @@ pub(super) struct Senders {
 
 impl Senders {
     /// Follows a frame at `now`, perhaps in a run after a silence. Buffered frames follow each other within `drain_ns`.
-    pub(super) fn see(&mut self, frame: &Frame, now: i64, run: Option<Run>, drain_ns: i64) -> SenderEvidence {
+    pub(super) fn see(&mut self, frame: &Frame, now: Ns, run: Option<Run>, drain_ns: Ns) -> SenderEvidence {
         if self.usual.is_empty() {
             self.usual = vec![Usual::default(); IDENTIFIERS];
         }
@@ -360,9 +361,9 @@ impl Senders {
             let (half_ns, most_ns) = (usual.gap_ns / 2, (usual.gap_ns / ANSWER_PART).min(ANSWER_NS));
             self.sync = SyncSeen { last_ns: now, half_ns, most_ns, counter: frame.payload().first().copied() };
         }
-        if usual.last_ns == 0 {
+        if usual.last_ns == Ns::ZERO {
             self.active.push(id);
-        } else if run.is_none() && now.saturating_sub(usual.last_ns) > usual.gap_ns / 4 {
+        } else if run.is_none() && now - usual.last_ns > usual.gap_ns / 4 {
             // It only adds to the usual gap.
             return SenderEvidence { tells_of: usual.take(now, drain_ns), missed, ..SenderEvidence::default() };
         }
@@ -371,9 +372,9 @@ impl Senders {
 
     /// Returns the frames missing before one at `now` of a CAN-ID that is sent by time, if it keeps its phase.
     #[inline]
-    fn missed(&self, id: usize, frame: &Frame, now: i64) -> Option<Missed> {
+    fn missed(&self, id: usize, frame: &Frame, now: Ns) -> Option<Missed> {
         let usual = self.usual.get(id)?;
-        let gap = now.saturating_sub(usual.last_ns);
+        let gap = now - usual.last_ns;
         if usual.gaps < KNOWN || gap / 3 < usual.gap_ns / 2 || gap / MISSED > usual.gap_ns {
             return None;
         }
@@ -381,22 +382,22 @@ impl Senders {
     }
 
     #[cold]
-    fn missed_by(&self, (id, usual): (usize, &Usual), counter: Option<u8>, gap: i64) -> Option<Missed> {
-        let period_ns = usual.even().map(|(gap_ns, _)| gap_ns).filter(|gap_ns| *gap_ns > 0)?;
-        let periods = gap.saturating_add(period_ns / 2) / period_ns;
-        let off_ns = gap.saturating_sub(periods.saturating_mul(period_ns)).saturating_abs();
-        let room_ns = usual.off_ns.saturating_mul(4).max(ON_TIME_NS).min(period_ns / IN_PHASE_PART);
+    fn missed_by(&self, (id, usual): (usize, &Usual), counter: Option<u8>, gap: Ns) -> Option<Missed> {
+        let period_ns = usual.even().map(|(gap_ns, _)| gap_ns).filter(|gap_ns| *gap_ns > Ns::ZERO)?;
+        let periods = (gap + period_ns / 2) / period_ns;
+        let off_ns = (gap - periods * period_ns).abs();
+        let room_ns = (usual.off_ns * 4).max(ON_TIME_NS).min(period_ns / IN_PHASE_PART);
         // Guarding has occasions.
         // Frames that are fetched at times of their own come by unequal gaps; those across a loss are multiples.
-        let off = |gap: &i64| gap.saturating_add(period_ns / 2) % period_ns - period_ns / 2;
+        let off = |gap: &Ns| (*gap + period_ns / 2) % period_ns - period_ns / 2;
         let mut kept = usual.kept.iter().take(usual.gaps);
-        let uneven = kept.any(|gap| off(gap).saturating_abs() > period_ns / IN_PHASE_PART);
+        let uneven = kept.any(|gap| off(gap).abs() > period_ns / IN_PHASE_PART);
         if off_ns > room_ns || uneven || periods < 2 || self.active.contains(&(id | REMOTE)) {
             return None;
         }
-        let at_ns = usual.last_ns.saturating_add(period_ns);
+        let at_ns = usual.last_ns + period_ns;
         let answers = |usual: &Usual| {
-            let early_ns = usual.answer.delay_ns.saturating_sub(usual.last_ns.saturating_sub(at_ns)).saturating_abs();
+            let early_ns = (usual.answer.delay_ns - (usual.last_ns - at_ns)).abs();
             usual.answer.even >= ANSWERS && early_ns <= (period_ns / ANSWER_PART).min(ANSWER_NS)
         };
         let followers = || self.active.iter().filter(|id| PDO.contains(id)).filter_map(|id| self.usual.get(*id));
@@ -426,47 +427,47 @@ impl Senders {
 
     /// Returns the number of even CAN-IDs, those that answer SYNC apart, that became overdue during a silence, with a
     /// tolerance of `room_ns` and their jitter.
-    pub(super) fn overdue(&self, from: i64, to: i64, room_ns: i64) -> usize {
+    pub(super) fn overdue(&self, from: Ns, to: Ns, room_ns: Ns) -> usize {
         let overdue = |usual: &Usual| {
-            let room = (usual.gap_ns / 16).saturating_add(usual.off_ns.saturating_mul(2)).saturating_add(room_ns);
+            let room = (usual.gap_ns / 16) + usual.off_ns * 2 + room_ns;
             let of_its_own = usual.answer.even < ANSWERS;
-            of_its_own && usual.due_ns().is_some_and(|due| due >= from && due.saturating_add(room) < to)
+            of_its_own && usual.due_ns().is_some_and(|due| due >= from && due + room < to)
         };
         self.active.iter().filter(|id| self.usual.get(**id).is_some_and(overdue)).count()
     }
 
     /// Returns true if a frame of a sender that does not depend on SYNC was due in a silence, twice its usual gap after
     /// the previous one.
-    pub(super) fn others_missed(&self, from: i64, to: i64) -> bool {
+    pub(super) fn others_missed(&self, from: Ns, to: Ns) -> bool {
         let due = |usual: &Usual| {
-            let due = usual.last_ns.saturating_add(usual.gap_ns.saturating_mul(2));
-            usual.gap_ns > 0 && usual.answer.even < ANSWERS && (from..to).contains(&due)
+            let due = usual.last_ns + usual.gap_ns * 2;
+            usual.gap_ns > Ns::ZERO && usual.answer.even < ANSWERS && (from..to).contains(&due)
         };
         let mut others = self.active.iter().filter(|id| comes_by_itself(**id) && **id != SYNC);
         others.any(|id| self.usual.get(*id).is_some_and(due))
     }
 
     /// Returns the number of frames that usually answer SYNC within `ns`.
-    pub(super) fn usual_answers(&self, ns: i64) -> i64 {
+    pub(super) fn usual_answers(&self, ns: Ns) -> i64 {
         let frames = |id: &usize| {
             let usual = self.usual.get(*id)?;
-            (usual.answer.even >= ANSWERS && usual.gap_ns > 0).then(|| ns / usual.gap_ns)
+            (usual.answer.even >= ANSWERS && usual.gap_ns > Ns::ZERO).then(|| ns / usual.gap_ns)
         };
         self.active.iter().filter_map(frames).fold(0, i64::saturating_add)
     }
 
     /// Returns true if a CAN-ID had shorter gaps in a burst than after it, as far as one gap shows.
-    pub(super) fn likely_tell_of(&self, burst: u32, least_ns: i64) -> bool {
+    pub(super) fn likely_tell_of(&self, burst: u32, least_ns: Ns) -> bool {
         let longer = |one: &Squeezed| one.burst == burst && one.gap_ns / SQUEEZED > one.ns.max(least_ns);
         self.active.iter().any(|id| self.usual.get(*id).is_some_and(|usual| longer(&usual.squeezed)))
     }
 
     /// Returns the nodes, one bit each, with a frame due in a silence, `tenths` of its usual gap after the previous
     /// one. Senders that fell silent before do not count.
-    pub(super) fn missing(&self, from: i64, now: i64, tenths: i64) -> u128 {
+    pub(super) fn missing(&self, from: Ns, now: Ns, tenths: i64) -> u128 {
         let due = |usual: &Usual| {
-            let due = usual.last_ns.saturating_add(usual.gap_ns.saturating_mul(tenths) / 10);
-            usual.gap_ns > 0 && (from..now).contains(&due)
+            let due = usual.last_ns + usual.gap_ns * tenths / 10;
+            usual.gap_ns > Ns::ZERO && (from..now).contains(&due)
         };
         let mut nodes = 0_u128;
         for id in self.active.iter().filter(|id| comes_by_itself(**id) && self.usual.get(**id).is_some_and(due)) {
@@ -499,12 +500,12 @@ pub(super) fn comes_by_itself(id: usize) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{median, median_of_five};
+    use super::{Ns, median, median_of_five};
 
     #[test]
     fn the_middle_of_five_is_the_median() {
         for number in 0..3_125_i64 {
-            let five = [number % 5, number / 5 % 5, number / 25 % 5, number / 125 % 5, number / 625];
+            let five = [1, 5, 25, 125, 625].map(|part| Ns(number / part % 5));
             assert_eq!(median_of_five(five), median(&mut five.clone()), "{five:?}");
         }
     }

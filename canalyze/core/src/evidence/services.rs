@@ -7,6 +7,7 @@
 //! looks like CANopen. SDO and LSS have their own proofs, which rest on requests and responses.
 
 use crate::bytes::frame::{CanId, Frame, FrameRef, Kind};
+use crate::bytes::ns::Ns;
 use crate::rules::Family;
 use crate::rules::finding::Finding;
 use crate::wire::cob_id::Role;
@@ -25,7 +26,7 @@ const HINTS: u64 = 2;
 /// A whole bus is taken for another protocol if at least one of this number of frames is certainly not CANopen.
 const PART: u64 = 4;
 /// Maximum waiting time of a finding if the node or the bus is known to be CANopen, in ns.
-const WAIT_NS: i64 = 3_000_000_000;
+const WAIT_NS: Ns = Ns::from_s(3);
 
 /// The certain content of an identifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,22 +12,23 @@
 //! known: a burst in which one repeats waits for the frames after it, which show the usual gap.
 
 use crate::bytes::frame::{Frame, Kind};
+use crate::bytes::ns::Ns;
 
 use super::duplicates::{Duplicates, PATIENCE_NS, Sighting};
 use super::senders::{Even, Late, Missed, Run, SenderEvidence, Senders};
 
 /// Minimum length of a stall, in ns; shorter silences change no verdict.
-pub(super) const SHORTEST_STALL_NS: i64 = 10_000_000;
+pub(super) const SHORTEST_STALL_NS: Ns = Ns::from_ms(10);
 /// Maximum gap between frames from a buffer, in ns.
-pub(super) const DRAIN_NS: i64 = 1_500_000;
+pub(super) const DRAIN_NS: Ns = Ns::from_us(1_500);
 /// Minimum ratio of an unusual silence to the longest recent one, in tenths.
 pub(super) const UNUSUAL_TENTHS: i64 = 13;
 /// Duration of a bit on the fastest bus, in ns; no frame follows another in less time than it takes to send.
-const BIT_NS: i64 = 1_000;
+const BIT_NS: Ns = Ns::from_us(1);
 /// Length of a frame without data in bits, without stuff bits.
 const FRAME_BITS: i64 = 44;
 /// Minimum distance of the due times of frames that arrive together because the recorder buffered them, in ns.
-const APART_NS: i64 = 3_000_000;
+const APART_NS: Ns = Ns::from_ms(3);
 /// Number of frames after a burst within which it has to be proven; otherwise it is ordinary traffic.
 const SHOWN: u32 = 256;
 /// The same limit for a burst that is still running.
@@ -91,8 +92,7 @@ impl Signs {
     fn prove(&self, unusual: bool, usual_frames: i64) -> bool {
         let (frames, close) = (i64::from(self.frames), i64::from(self.close));
         let too_close = unusual && self.close_alone > 0 || close > 1 && close * 4 > (frames - 1) * 3;
-        let apart =
-            |(least, most): (Late, Late)| most.ns.saturating_sub(least.ns) > least.room_ns.saturating_add(most.room_ns);
+        let apart = |(least, most): (Late, Late)| most.ns - least.ns > least.room_ns + most.room_ns;
         let alone = i64::from(self.alone);
         let many = unusual && alone > 2 && alone * 10 >= usual_frames.saturating_mul(6);
         let squeezed = self.caught_up || self.compressed && (unusual || self.late.is_some());
@@ -107,9 +107,9 @@ struct Burst {
     number: u32,
     first: u64,
     /// Beginning and end of the preceding silence, and the time of the last frame, in ns.
-    from_ns: i64,
-    to_ns: i64,
-    until_ns: i64,
+    from_ns: Ns,
+    to_ns: Ns,
+    until_ns: Ns,
     /// True if the silence was longer than recent ones, or several senders were overdue in it.
     unusual: bool,
     /// Number of frames that usually answer SYNC in such a silence.
@@ -123,20 +123,20 @@ struct Burst {
 }
 
 impl Burst {
-    fn silence_ns(&self) -> i64 {
-        self.to_ns.saturating_sub(self.from_ns)
+    fn silence_ns(&self) -> Ns {
+        self.to_ns - self.from_ns
     }
 
     /// Returns true if the buffer is probably empty: it fills no faster than it is emptied.
     fn is_emptied(&self) -> bool {
-        self.signs.frames > SHOWN && self.until_ns.saturating_sub(self.to_ns) > self.silence_ns()
+        self.signs.frames > SHOWN && self.until_ns - self.to_ns > self.silence_ns()
     }
 
     /// Returns true if its frames come far faster than those before the silence (`mean_ns` apart; 0 if unknown).
-    fn is_dense(&self, mean_ns: i64) -> bool {
+    fn is_dense(&self, mean_ns: Ns) -> bool {
         let frames = i64::from(self.signs.frames);
-        let apart_ns = self.until_ns.saturating_sub(self.to_ns) / frames.max(1);
-        self.unusual && frames > DENSE && (self.signs.again || mean_ns == 0 || apart_ns < mean_ns / 4)
+        let apart_ns = (self.until_ns - self.to_ns) / frames.max(1);
+        self.unusual && frames > DENSE && (self.signs.again || mean_ns == Ns::ZERO || apart_ns < mean_ns / 4)
     }
 }
 
@@ -145,9 +145,9 @@ impl Burst {
 pub(super) struct Stalls {
     senders: Senders,
     /// Mean gap between frames, in 64ths of ns.
-    mean_gap_64: i64,
+    mean_gap_64: Ns,
     /// The longest recent gap, in ns.
-    usual_gap_ns: i64,
+    usual_gap_ns: Ns,
     /// Open and confirmed bursts and the last one; and the number of all bursts so far.
     bursts: Vec<Burst>,
     count: u32,
@@ -168,9 +168,9 @@ impl Stalls {
     pub(super) fn follow(
         &mut self,
         frame: &Frame,
-        (last, now, gap): (Option<i64>, i64, i64),
+        (last, now, gap): (Option<Ns>, Ns, Ns),
         sighting: Sighting,
-        (close, exact, resolution_ns): (bool, bool, i64),
+        (close, exact, resolution_ns): (bool, bool, Ns),
     ) -> Option<Missed> {
         let Some(last) = last else {
             self.senders.see(frame, now, None, DRAIN_NS);
@@ -179,7 +179,7 @@ impl Stalls {
         if gap > DRAIN_NS {
             self.end_burst();
         }
-        if gap > SHORTEST_STALL_NS.max(resolution_ns.saturating_mul(2)) {
+        if gap > SHORTEST_STALL_NS.max(resolution_ns * 2) {
             let unusual = self.is_unusual(gap) || self.senders.overdue(last, now, APART_NS) > 1;
             self.begin_burst(Burst {
                 from_ns: last,
@@ -211,11 +211,11 @@ impl Stalls {
     }
 
     /// Adds a frame to the running burst.
-    fn take(&mut self, seen: &SenderEvidence, now: i64, too_close: bool, original: bool) {
+    fn take(&mut self, seen: &SenderEvidence, now: Ns, too_close: bool, original: bool) {
         let mean_ns = self.mean_gap_64 / 64;
         let Some(burst) = self.bursts.last_mut() else { return };
         burst.until_ns = now;
-        let usual_frames = (now.saturating_sub(burst.from_ns) / mean_ns.max(1)).saturating_sub(burst.usual_answers);
+        let usual_frames = ((now - burst.from_ns) / mean_ns.max(Ns(1))).saturating_sub(burst.usual_answers);
         burst.signs.take(seen, too_close);
         if burst.verdict != Verdict::Open {
             self.running = !burst.is_emptied();
@@ -317,14 +317,14 @@ impl Stalls {
     }
 
     /// Advances a live bus to `now_ns`; its last frame came at `last_ns`.
-    pub(super) fn advance(&mut self, last_ns: Option<i64>, now_ns: i64, duplicates: &Duplicates) {
-        if last_ns.is_some_and(|last| now_ns.saturating_sub(last) > DRAIN_NS) {
+    pub(super) fn advance(&mut self, last_ns: Option<Ns>, now_ns: Ns, duplicates: &Duplicates) {
+        if last_ns.is_some_and(|last| now_ns - last > DRAIN_NS) {
             self.end_burst();
         }
         self.decide_shown(duplicates);
         // On a live bus, later frames are awaited only for a short time.
         let open = self.bursts.iter().find(|burst| burst.verdict == Verdict::Open);
-        if open.is_some_and(|burst| now_ns.saturating_sub(burst.to_ns) > PATIENCE_NS) {
+        if open.is_some_and(|burst| now_ns - burst.to_ns > PATIENCE_NS) {
             self.end_burst();
             self.refute();
         }
@@ -353,29 +353,29 @@ impl Stalls {
 
     /// Returns true if a frame at this time may be in a confirmed burst, or less than `near_ns` after it: there, equal
     /// frames are not duplicates.
-    pub(super) fn is_near_confirmed(&self, at_ns: i64, near_ns: i64) -> bool {
+    pub(super) fn is_near_confirmed(&self, at_ns: Ns, near_ns: Ns) -> bool {
         let mut confirmed = self.bursts.iter().filter(|burst| burst.verdict == Verdict::Confirmed);
-        confirmed.any(|burst| (burst.to_ns..burst.until_ns.saturating_add(near_ns)).contains(&at_ns))
+        confirmed.any(|burst| (burst.to_ns..burst.until_ns + near_ns).contains(&at_ns))
     }
 
     /// Returns the beginning of the silence before a confirmed burst, in ns.
-    pub(super) fn since_ns(&self, burst: u32) -> Option<i64> {
+    pub(super) fn since_ns(&self, burst: u32) -> Option<Ns> {
         self.confirmed(burst).map(|burst| burst.from_ns)
     }
 
     /// Returns the beginning and the end of the last stall of the recorder, in ns.
-    pub(super) fn last_stall(&self) -> Option<(i64, i64)> {
+    pub(super) fn last_stall(&self) -> Option<(Ns, Ns)> {
         let burst = self.bursts.iter().rev().find(|burst| burst.verdict == Verdict::Confirmed)?;
         Some((burst.from_ns, burst.to_ns))
     }
 
     /// Returns true if frames have come without a pause since the silence that began at `from_ns`.
-    pub(super) fn runs_since(&self, from_ns: i64) -> bool {
+    pub(super) fn runs_since(&self, from_ns: Ns) -> bool {
         self.run().is_some_and(|run| run.from_ns == from_ns)
     }
 
     /// Returns the verdict on the burst after the silence that began at `from_ns`; `None` if there is none any more.
-    pub(super) fn verdict_behind(&self, from_ns: i64) -> Option<Verdict> {
+    pub(super) fn verdict_behind(&self, from_ns: Ns) -> Option<Verdict> {
         self.bursts.iter().rev().find(|burst| burst.from_ns == from_ns).map(|burst| burst.verdict)
     }
 
@@ -386,22 +386,22 @@ impl Stalls {
 
     /// Returns the nodes, one bit each, with a frame due in a silence, `tenths` of its usual gap after the previous
     /// one; none if such silences are usual.
-    pub(super) fn missing(&self, from: i64, to: i64, tenths: i64) -> u128 {
-        if self.is_unusual(to.saturating_sub(from)) { self.senders.missing(from, to, tenths) } else { 0 }
+    pub(super) fn missing(&self, from: Ns, to: Ns, tenths: i64) -> u128 {
+        if self.is_unusual(to - from) { self.senders.missing(from, to, tenths) } else { 0 }
     }
 
     /// Returns true if in a silence longer than recent ones a sender that does not depend on SYNC was due for two periods.
-    pub(super) fn others_missed(&self, from: i64, to: i64) -> bool {
-        self.is_unusual(to.saturating_sub(from)) && self.senders.others_missed(from, to)
+    pub(super) fn others_missed(&self, from: Ns, to: Ns) -> bool {
+        self.is_unusual(to - from) && self.senders.others_missed(from, to)
     }
 
     /// Returns true if a silence exceeds the longest recent one several times.
-    pub(super) fn is_odd(&self, silence_ns: i64) -> bool {
-        self.usual_gap_ns > 0 && silence_ns / ODD > self.usual_gap_ns
+    pub(super) fn is_odd(&self, silence_ns: Ns) -> bool {
+        self.usual_gap_ns > Ns::ZERO && silence_ns / ODD > self.usual_gap_ns
     }
 
     /// Returns true if a silence is longer than recent ones.
-    pub(super) fn is_unusual(&self, gap: i64) -> bool {
+    pub(super) fn is_unusual(&self, gap: Ns) -> bool {
         gap > SHORTEST_STALL_NS && gap / UNUSUAL_TENTHS > self.usual_gap_ns / 10
     }
 
@@ -421,15 +421,15 @@ impl Stalls {
     }
 
     /// Learns from an ordinary gap between frames.
-    fn know_gap(&mut self, gap: i64) {
-        let gap = gap.min(i64::MAX / 128);
+    fn know_gap(&mut self, gap: Ns) {
+        let gap = gap.min(Ns::MAX / 128);
         self.usual_gap_ns = (self.usual_gap_ns - self.usual_gap_ns / 256).max(gap);
-        self.mean_gap_64 += if self.mean_gap_64 == 0 { gap * 64 } else { gap - self.mean_gap_64 / 64 };
+        self.mean_gap_64 += if self.mean_gap_64 == Ns::ZERO { gap * 64 } else { gap - self.mean_gap_64 / 64 };
     }
 }
 
 /// Returns the minimum time that a frame takes in ns: on the fastest bus, without stuff bits.
-pub(super) fn wire_ns(frame: &Frame) -> i64 {
+pub(super) fn wire_ns(frame: &Frame) -> Ns {
     match frame.kind {
         Kind::Data => (FRAME_BITS + 8 * i64::from(frame.len)) * BIT_NS,
         _ => FRAME_BITS * BIT_NS,

@@ -4,9 +4,10 @@ use super::period::{Confidence, Learnt};
 use super::recording::{ClockStep, Happened, Verdict};
 use super::*;
 use crate::bytes::frame::{CanId, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 
 fn frame(no: u64, id: u16, payload: &[u8], us: i64) -> Frame {
-    Frame { no, t_ns: Some(1_700_000_000_000_000_000 + us * 1000), ..Frame::classic(CanId::standard(id), payload) }
+    Frame { no, t_ns: Some(Ns(1_700_000_000_000_000_000 + us * 1000)), ..Frame::classic(CanId::standard(id), payload) }
 }
 
 /// Makes `ms` of frames of a cyclic bus (time in µs, CAN-ID): SYNC each 10 ms, two PDOs after it, a heartbeat each 100
@@ -77,9 +78,9 @@ fn frames_of_a_burst_have_no_times_of_their_own() {
     let first = whens.iter().find(|when| when.burst > 0).unwrap();
     assert_eq!(recording.verdict(first.burst), Some(Verdict::Confirmed));
     let before = whens.iter().rev().find(|when| when.at.no < first.at.no).unwrap();
-    assert!(!recording.certainly_later(*first, *before, 1_000_000));
+    assert!(!recording.certainly_later(*first, *before, Ns(1_000_000)));
     assert!(!recording.teaches(*first) && recording.teaches(*before));
-    assert!(recording.certainly_later(*whens.last().unwrap(), *before, 900_000_000));
+    assert!(recording.certainly_later(*whens.last().unwrap(), *before, Ns(900_000_000)));
 }
 
 #[test]
@@ -169,9 +170,9 @@ fn a_live_bus_does_not_wait_long_for_what_comes_behind_a_burst() {
     let frames = [(0, 0x701), (400_000, 0x181), (400_200, 0x181), (400_400, 0x182)];
     let whens = feed(&mut recording, &frames);
     assert_eq!(recording.undecided_since(), Some(2));
-    recording.advance(whens.first().unwrap().at.t_ns.unwrap() + 600_000_000);
+    recording.advance(whens.first().unwrap().at.t_ns.unwrap() + Ns(600_000_000));
     assert_eq!(recording.undecided_since(), Some(2));
-    recording.advance(whens.first().unwrap().at.t_ns.unwrap() + 700_000_000);
+    recording.advance(whens.first().unwrap().at.t_ns.unwrap() + Ns(700_000_000));
     assert_eq!(recording.undecided_since(), None);
 }
 
@@ -238,14 +239,14 @@ fn a_late_echo_is_an_interval() {
     let mut recording = Recording::default();
     let (sync, _) = observe(&mut recording, &frame(1, 0x80, &[], 100_001), true);
     let (pdo, _) = observe(&mut recording, &frame(2, 0x181, &[1], 104_001), false);
-    assert!(recording.certainly_later(pdo, sync, 3_000_000));
-    assert!(!recording.certainly_within(pdo, sync, 6_000_000));
+    assert!(recording.certainly_later(pdo, sync, Ns(3_000_000)));
+    assert!(!recording.certainly_within(pdo, sync, Ns(6_000_000)));
     let (late, _) = observe(&mut recording, &frame(3, 0x80, &[], 109_001), true);
     assert!(recording.may_precede(late, pdo));
     for _ in 0..100 {
-        recording.exchanged(0);
+        recording.exchanged(Ns::ZERO);
     }
-    assert!(recording.certainly_within(pdo, sync, 7_000_000));
+    assert!(recording.certainly_within(pdo, sync, Ns(7_000_000)));
     assert!(!recording.may_precede(late, pdo));
 }
 
@@ -255,7 +256,7 @@ fn the_resolution_of_stamps_is_what_all_of_them_are_multiples_of() {
         let mut recording = Recording::default();
         let floored: Vec<(i64, u16)> = cyclic(3000).into_iter().map(|(us, id)| (us - us % unit, id)).collect();
         feed(&mut recording, &floored);
-        assert_eq!(recording.resolution_ns(), unit * 1000, "{unit} us");
+        assert_eq!(recording.resolution_ns(), Ns(unit * 1000), "{unit} us");
     }
 }
 
@@ -399,13 +400,13 @@ fn a_period_is_learnt_and_its_lasting_change_told() {
     for percent in [5, 10, 20, 30, 100] {
         let mut period = Period::default();
         for n in 0..20 {
-            period.take(10_000_000 + n % 3 * 1000, 1000, at);
+            period.take(Ns(10_000_000 + n % 3 * 1000), Ns(1000), at);
         }
         assert_eq!(period.expected().unwrap().confidence, Confidence::Certain);
         let longer = 10_000_000 + percent * 100_000;
-        let told = (0..10).filter(|_| matches!(period.take(longer, 1000, at), Learnt::Changed { .. })).count();
+        let told = (0..10).filter(|_| matches!(period.take(Ns(longer), Ns(1000), at), Learnt::Changed { .. })).count();
         assert_eq!(told, 1, "{percent}");
-        assert_eq!(period.learnt_ns(), Some(longer));
+        assert_eq!(period.learnt_ns(), Some(Ns(longer)));
     }
     // Pairs of a late and an early frame are not another period.
     let mut period = Period::default();
@@ -415,9 +416,9 @@ fn a_period_is_learnt_and_its_lasting_change_told() {
             1 => 6_000_000,
             _ => 10_000_000,
         };
-        assert!(!matches!(period.take(gap, 1000, at), Learnt::Changed { .. }));
+        assert!(!matches!(period.take(Ns(gap), Ns(1000), at), Learnt::Changed { .. }));
     }
-    assert!((9_900_000..=10_100_000).contains(&period.learnt_ns().unwrap()));
+    assert!((Ns(9_900_000)..=Ns(10_100_000)).contains(&period.learnt_ns().unwrap()));
 }
 
 #[test]
@@ -428,7 +429,7 @@ fn the_mean_of_many_gaps_tells_what_each_is_too_uneven_for() {
         let mut period = Period::default();
         let told = (0..160).filter(|n| {
             let longer = if *n < 60 { 0 } else { percent * 1_000_000 };
-            matches!(period.take(100_000_000 + longer + uneven(*n), 1000, at), Learnt::Changed { .. })
+            matches!(period.take(Ns(100_000_000 + longer + uneven(*n)), Ns(1000), at), Learnt::Changed { .. })
         });
         let told = told.count();
         assert_eq!(told > 0, percent > 5, "{percent} %: {told}");
@@ -439,7 +440,7 @@ fn the_mean_of_many_gaps_tells_what_each_is_too_uneven_for() {
 fn one_gap_confirms_a_doubted_period() {
     for (gap_ms, learnt) in [(100, true), (103, true), (97, true), (104, false), (150, false), (200, false)] {
         let mut period = Period::default();
-        let take = |period: &mut Period, ms: i64| _ = period.take(ms * 1_000_000, 1000, FrameRef::default());
+        let take = |period: &mut Period, ms: i64| _ = period.take(Ns(ms * 1_000_000), Ns(1000), FrameRef::default());
         (0..6).for_each(|_| take(&mut period, 100));
         period.doubt();
         take(&mut period, gap_ms);
@@ -449,13 +450,18 @@ fn one_gap_confirms_a_doubted_period() {
 
 #[test]
 fn gaps_that_were_not_judged_do_not_hide_another_period() {
-    let ends = |no: i64| FrameRef { no: no as u64, t_ns: Some(no * 120_000_000), ..FrameRef::default() };
+    let ends = |no: i64| FrameRef { no: no as u64, t_ns: Some(Ns(no * 120_000_000)), ..FrameRef::default() };
     let mut period = Period::default();
     for no in 0..20 {
-        period.take(100_000_000, 1000, FrameRef { no, t_ns: Some(no as i64 * 100_000_000), ..FrameRef::default() });
+        period.take(
+            Ns(100_000_000),
+            Ns(1000),
+            FrameRef { no, t_ns: Some(Ns(no as i64 * 100_000_000)), ..FrameRef::default() },
+        );
     }
-    let told = (20..60)
-        .filter(|no| no % 3 != 0 && matches!(period.take(120_000_000, 1000, ends(*no)), Learnt::Changed { .. }));
+    let told = (20..60).filter(|no| {
+        no % 3 != 0 && matches!(period.take(Ns(120_000_000), Ns(1000), ends(*no)), Learnt::Changed { .. })
+    });
     assert_eq!(told.count(), 1);
 }
 
@@ -464,7 +470,7 @@ fn what_is_owed_is_due_once_it_certainly_is() {
     let mut recording = Recording::default();
     let (since, _) = observe(&mut recording, &frame(1, 0x701, &[5], 1), false);
     let mut owed: Obligations<u8> = Obligations::default();
-    owed.open(1, obligation::Owed { since, limit_ns: 100_000_000, why: None });
+    owed.open(1, obligation::Owed { since, limit_ns: Ns(100_000_000), why: None });
     let mut due = Vec::new();
     for no in 2..300 {
         let (now, _) = observe(&mut recording, &frame(no, 0x182, &[no as u8], no as i64 * 1_000 + 1), false);

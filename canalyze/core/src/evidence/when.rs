@@ -4,6 +4,7 @@
 //! [`When`] keeps the facts, and [`Recording`](super::recording::Recording) derives the interval and compares.
 
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 
 /// The place of a frame in the recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,5 +18,5 @@ pub struct When {
     /// True if it may be the recording host's own frame and listed late.
     pub own: bool,
     /// Silence of the whole bus before the run of frames without a pause that contains it, in ns.
-    pub silent_ns: i64,
+    pub silent_ns: Ns,
 }

@@ -7,17 +7,18 @@ use super::causes::within;
 use super::ledger::Ledger;
 use super::problem::{Grade, Problem};
 use super::roles::{Apart, KindRole};
+use crate::bytes::ns::Ns;
 use crate::rules::Words;
 use crate::rules::finding::Quantity;
 
 /// Maximum distance of losses that belong together, in ns.
-const TOGETHER_NS: i64 = 100_000_000;
+const TOGETHER_NS: Ns = Ns::from_ms(100);
 /// Maximum time before a problem within which an earlier one belongs to it, in ns.
-const BEFORE_NS: i64 = 2_000_000_000;
+const BEFORE_NS: Ns = Ns::from_s(2);
 /// Minimum number of nodes on a bus for the loss of a single one to exclude a shared cause.
 const ENOUGH: u32 = 3;
 /// Maximum distance of error frames around a problem, in ns.
-const AROUND_NS: i64 = 1_000_000_000;
+const AROUND_NS: Ns = Ns::from_s(1);
 
 /// One line.
 #[derive(Clone, Copy, Debug)]
@@ -129,7 +130,7 @@ fn others(one: &Problem, ledger: &Ledger, shown: AdviceFacts) -> Option<Tell> {
 /// Returns the line on errors reported by the node before.
 fn warned(one: &Problem, ledger: &Ledger) -> Tell {
     let reported = |other: &Problem| {
-        let before = one.begin.since(other.begin).is_some_and(|since| (0..=BEFORE_NS).contains(&since));
+        let before = one.begin.since(other.begin).is_some_and(|since| (Ns::ZERO..=BEFORE_NS).contains(&since));
         other.id != one.id && other.subject.nodes & one.subject.nodes != 0 && !other.clue.reported.is_empty() && before
     };
     if ledger.told().any(reported) { WARNED } else { NO_WARNING }
@@ -147,8 +148,8 @@ fn noise(one: &Problem, ledger: &Ledger, shown: AdviceFacts) -> Tell {
     }
 }
 
-fn is_near(one: &Problem, other: &Problem, ns: i64) -> bool {
-    one.bus == other.bus && one.begin.since(other.begin).is_some_and(|since| since.saturating_abs() <= ns)
+fn is_near(one: &Problem, other: &Problem, ns: Ns) -> bool {
+    one.bus == other.bus && one.begin.since(other.begin).is_some_and(|since| since.abs() <= ns)
 }
 
 /// Returns the line on a loss of communication before it; `None` if that may be chance.
@@ -157,7 +158,7 @@ fn lost(one: &Problem, ledger: &Ledger) -> Option<Tell> {
         let since = one.begin.since(other.begin);
         other.id != one.id
             && other.kind.is(KindRole::CommunicationLost)
-            && since.is_none_or(|since| (0..=BEFORE_NS).contains(&since))
+            && since.is_none_or(|since| (Ns::ZERO..=BEFORE_NS).contains(&since))
     };
     if cause(one, ledger).is_some_and(|cause| cause.kind.is(KindRole::CommunicationLost)) {
         return Some(COMMUNICATION);

@@ -9,6 +9,7 @@ use super::problem::Grade;
 use super::problem::{Clue, Problem, ProblemId, Repeats, Status, Subject};
 use super::roles::KindRole;
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::rules::finding::Finding;
 use crate::rules::{Code, Measured, Severity};
 
@@ -20,7 +21,7 @@ const RECENT: usize = 128;
 /// The place of a problem in the ledger.
 pub(super) type LedgerPlace = usize;
 /// Maximum time from the first sign of a second node with the same node-ID to its proof, in ns.
-pub(super) const DOUBLE_NS: i64 = 15_000_000_000;
+pub(super) const DOUBLE_NS: Ns = Ns::from_s(15);
 
 /// All problems so far.
 #[derive(Clone, Debug, Default)]
@@ -64,7 +65,7 @@ impl Ledger {
             steps: Vec::new(),
             left_out: 0,
             facts: Vec::new(),
-            repeats: Repeats { count: 1, longest_ns: 0, total_ns: 0, since: begin },
+            repeats: Repeats { count: 1, longest_ns: Ns::ZERO, total_ns: Ns::ZERO, since: begin },
             cause: None,
             possible: Vec::new(),
             findings: Vec::new(),

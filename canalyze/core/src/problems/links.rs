@@ -9,6 +9,7 @@ use super::ledger::{Ledger, LedgerPlace};
 use super::problem::{Grade, Link, Problem, Status, bit};
 use super::roles::KindRole;
 use crate::bytes::frame::BusId;
+use crate::bytes::ns::Ns;
 
 /// Links a new problem with earlier ones, and problems of the last seconds with it.
 pub(super) fn link(ledger: &mut Ledger, place: LedgerPlace, bus: BusId) {
@@ -67,7 +68,7 @@ fn touches(cause: &Problem, effect: &Problem) -> bool {
     }
     // A changed period is known some periods after it was the cause of something.
     let early = match (cause.kind, cause.slow_ns()) {
-        (kind, Some(period)) if kind.is(KindRole::Slower) => period.saturating_mul(PERIODS),
+        (kind, Some(period)) if kind.is(KindRole::Slower) => period * PERIODS,
         // Two devices show only after some frames of both.
         (kind, _) if kind.is(KindRole::SecondDevice) => WINDOW_NS,
         // The node was off before its boot-up.
@@ -83,9 +84,9 @@ fn touches(cause: &Problem, effect: &Problem) -> bool {
 
 /// Number of nodes requested in vain in a row from which it is a scan, and maximum time between two of them in ns.
 const SCANNED: usize = 8;
-const SCAN_NS: i64 = 3_000_000_000;
+const SCAN_NS: Ns = Ns::from_s(3);
 /// Maximum distance of consequences of one cause and kind that are one problem, in ns.
-const TOGETHER_NS: i64 = 100_000_000;
+const TOGETHER_NS: Ns = Ns::from_ms(100);
 
 /// Concludes scans at the end of the capture: a scan requests many nodes that do not exist, and none of them is
 /// missing.
@@ -160,7 +161,7 @@ fn place_of(link: Link) -> LedgerPlace {
 
 /// Returns true if the same happened to another node at the same time by the same cause.
 fn is_alike(other: &Problem, one: &Problem, link: Link) -> bool {
-    let near = one.begin.since(other.begin).is_some_and(|since| since.saturating_abs() <= TOGETHER_NS);
+    let near = one.begin.since(other.begin).is_some_and(|since| since.abs() <= TOGETHER_NS);
     let same = other.kind == one.kind && other.bus == one.bus && other.status == one.status && !other.merged;
     let subject = one.subject.node.is_some() && one.subject.pdo.is_none() && one.subject.axis == other.subject.axis;
     same && near

@@ -6,6 +6,7 @@ use super::causes::WINDOW_NS;
 use super::problem::{Grade, Problem, ProblemId};
 use super::rank::is_root;
 use super::{CLOSED, Diagnosis, Phase};
+use crate::bytes::ns::Ns;
 use crate::evidence::services::Nature;
 use crate::world::bus::Bus;
 
@@ -39,9 +40,9 @@ impl Diagnosis {
 
     /// Returns true if the cause of a problem is final: it is certain, the time for finding another one is over, or
     /// the capture is. `now_ns`: the time; without stamps, an uncertain cause becomes final only at the end.
-    pub fn is_settled(&self, one: &Problem, now_ns: Option<i64>) -> bool {
+    pub fn is_settled(&self, one: &Problem, now_ns: Option<Ns>) -> bool {
         let certain = one.cause.is_some_and(|link| link.grade == Grade::Certain);
-        let since = now_ns.zip(one.noticed.t_ns).map(|(now, noticed)| now.saturating_sub(noticed));
+        let since = now_ns.zip(one.noticed.t_ns).map(|(now, noticed)| now - noticed);
         self.over || certain || since.is_some_and(|since| since > WINDOW_NS)
     }
 

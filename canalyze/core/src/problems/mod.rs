@@ -39,6 +39,7 @@ use self::problem::{ProblemId, Status};
 use self::scene::Last;
 use self::status::is_over;
 use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::evidence::services::Nature;
 use crate::rules::finding::Finding;
 use crate::words::profiles::Profile;
@@ -61,8 +62,8 @@ pub struct Diagnosis {
     last: FrameRef,
     frames: u64,
     /// The earliest first stamp of a bus, and the latest stamp, in ns: buses may have clocks of their own.
-    began_ns: Option<i64>,
-    latest_ns: Option<i64>,
+    began_ns: Option<Ns>,
+    latest_ns: Option<Ns>,
     /// Reported problems that have not ended.
     open: Vec<LedgerPlace>,
     /// Recently ended problems; if one recurs, it is reported again.
@@ -252,8 +253,8 @@ impl Diagnosis {
 
     /// Returns what shows that the bus is well: the number of nodes with heartbeats, the number of responses of default SDOs
     /// and the longest time until one, in ns.
-    pub fn well(&self) -> (usize, u64, i64) {
-        self.buses.iter().fold((0, 0, 0), |(beating, responses, slowest), one| {
+    pub fn well(&self) -> (usize, u64, Ns) {
+        self.buses.iter().fold((0, 0, Ns::ZERO), |(beating, responses, slowest), one| {
             let (count, longest_ns) = one.heard.responses;
             (beating + one.heard.beating(), responses + count, longest_ns.max(slowest))
         })

@@ -27,6 +27,7 @@ use super::trackers::nodes::NodeProblems;
 use super::trackers::pdos::Pdos;
 use super::trackers::rules::{RuleProblems, Sign};
 use crate::bytes::frame::{self, BusId, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::checks::pdo::length::fits;
 use crate::rules::finding::{Code, Finding, Quantity};
 use crate::sdo::abort_code::AbortCode;
@@ -41,20 +42,20 @@ use crate::world::drive::DriveState;
 use crate::world::event::{Event, Note, ProcessData, Step, What};
 
 /// Minimum time for which a node stopped by command is left alone while others run, in ns.
-const ALONE_NS: i64 = 2_000_000_000;
+const ALONE_NS: Ns = Ns::from_s(2);
 /// Minimum number of error frames that show a wrong bit rate if there are no other frames.
 const ERRORS_ONLY: u64 = 10;
 /// Maximum time for which storing parameters or a program keeps a node busy, in ns.
-const STORING_NS: i64 = 10_000_000_000;
+const STORING_NS: Ns = Ns::from_s(10);
 /// The error register (CiA 301, 7.5.2.2).
 const ERROR_REGISTER: u16 = 0x1001;
 /// Objects by which parameters are stored and restored, and programs written and started (CiA 301, CiA 302-3).
 const STORES: [u16; 4] = [0x1010, 0x1011, 0x1F50, 0x1F51];
 /// Maximum gap between SYNCs from which a period is taken, in ns.
-const LONGEST_SYNC_NS: i64 = 2_000_000_000;
+const LONGEST_SYNC_NS: Ns = Ns::from_s(2);
 
 /// Maximum difference of the gaps between the heartbeats of one node, in ns: that of a slow task.
-const UNEVEN_NS: i64 = 50_000_000;
+const UNEVEN_NS: Ns = Ns::from_ms(50);
 
 /// Returns true if the gaps of heartbeats alternate (HBT004) by no more than a slow task explains.
 fn is_uneven(finding: &Finding) -> bool {
@@ -63,10 +64,10 @@ fn is_uneven(finding: &Finding) -> bool {
         _ => None,
     };
     let Some((one, other)) = gap("one").zip(gap("other")) else { return false };
-    let apart = one.saturating_sub(other).saturating_abs();
+    let apart = (one - other).abs();
     // Of a series beside another both are nearly the same; twice as many without one are of a shorter period.
-    let series = apart.saturating_mul(4) < one.saturating_add(other);
-    if series { apart == 0 } else { apart < UNEVEN_NS }
+    let series = apart * 4 < one + other;
+    if series { apart == Ns::ZERO } else { apart < UNEVEN_NS }
 }
 
 /// The open problems of one bus.
@@ -252,7 +253,7 @@ impl OfBus {
         let busy = one.kind.is(KindRole::Busy);
         let Some((node, begin)) = one.subject.node.filter(|_| busy).map(|node| (node, one.noticed)) else { return };
         let Some(stored) = self.heard.noted(Last::Stored, node) else { return };
-        let near = begin.since(stored).is_some_and(|since| (0..=STORING_NS).contains(&since));
+        let near = begin.since(stored).is_some_and(|since| (Ns::ZERO..=STORING_NS).contains(&since));
         let known = ledger.last(id, |one| one.kind.is(KindRole::Storing) && one.begin.no == stored.no).is_some();
         if near && !known {
             ledger.open(ProblemKind::Storing, id, problem::Subject::node(node), stored, stored);
@@ -536,7 +537,7 @@ impl OfBus {
             Change::SyncCycle { .. } => {
                 let gap = at.since(Some(self.heard.sync).filter(|last| last.no > 0));
                 self.heard.sync_period_ns =
-                    gap.filter(|gap| (1..LONGEST_SYNC_NS).contains(gap)).or(self.heard.sync_period_ns);
+                    gap.filter(|gap| (Ns(1)..LONGEST_SYNC_NS).contains(gap)).or(self.heard.sync_period_ns);
                 (self.heard.sync, self.heard.control) = (at, at);
                 self.pdos.sync(scene!(self, ledger, bus, id, at));
                 if !self.found.is_empty() {

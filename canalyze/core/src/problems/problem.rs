@@ -5,6 +5,7 @@
 use super::kinds::{Impact, ProblemKind};
 use super::roles::KindRole;
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::rules::finding::Finding;
 use crate::rules::{Code, Measured, Quantity};
 use crate::sdo::wire::Mux;
@@ -164,9 +165,9 @@ pub struct Link {
     /// Its certainty.
     pub grade: Grade,
     /// Time from the beginning of the cause to that of the consequence, in ns; `None` without stamps.
-    pub delay_ns: Option<i64>,
+    pub delay_ns: Option<Ns>,
     /// Deviation from the expected time, in ns.
-    pub(super) far_ns: i64,
+    pub(super) far_ns: Ns,
 }
 
 /// The repetitions of a problem.
@@ -175,9 +176,9 @@ pub struct Repeats {
     /// Number of times, including the first one.
     pub count: u64,
     /// Longest duration, in ns.
-    pub longest_ns: i64,
+    pub longest_ns: Ns,
     /// Total duration, in ns.
-    pub total_ns: i64,
+    pub total_ns: Ns,
     /// The last beginning.
     pub since: FrameRef,
 }
@@ -254,7 +255,7 @@ pub struct Problem {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Clue {
     /// Nodes that the subject monitors by 1016h, with their times in ns.
-    pub(super) watched: Vec<(u8, i64)>,
+    pub(super) watched: Vec<(u8, Ns)>,
     /// Node-IDs that the vendor's bytes of its report of a loss may name, one bit each.
     pub(super) named: u128,
     /// Producers of the PDOs that the subject waits for, one bit each.
@@ -270,7 +271,7 @@ pub(super) struct Clue {
     /// True if the subject produces SYNC.
     pub(super) sync_producer: bool,
     /// The last SYNC before it, and the period of SYNC in ns.
-    pub(super) sync: Option<(FrameRef, i64)>,
+    pub(super) sync: Option<(FrameRef, Ns)>,
     /// Active error codes.
     pub(super) codes: Vec<u16>,
     /// All error codes ever reported in it.
@@ -341,7 +342,7 @@ impl Problem {
     }
 
     /// Returns the time of this name, in ns.
-    pub fn ns(&self, name: &str) -> Option<i64> {
+    pub fn ns(&self, name: &str) -> Option<Ns> {
         match self.get(name) {
             Some(Quantity::Ns(ns)) => Some(ns),
             _ => None,
@@ -360,9 +361,9 @@ impl Problem {
     pub fn ends(&mut self, at: FrameRef) {
         if self.end.is_none() {
             self.end = Some(at);
-            let lasted = at.since(self.repeats.since).unwrap_or(0).max(0);
+            let lasted = at.since(self.repeats.since).unwrap_or(Ns::ZERO).max(Ns::ZERO);
             self.repeats.longest_ns = self.repeats.longest_ns.max(lasted);
-            self.repeats.total_ns = self.repeats.total_ns.saturating_add(lasted);
+            self.repeats.total_ns += lasted;
         }
     }
 
@@ -374,18 +375,18 @@ impl Problem {
     }
 
     /// Returns true if it began, or began again, at most `ns` before a frame.
-    pub fn began_within(&self, at: FrameRef, ns: i64) -> bool {
-        at.since(self.repeats.since).is_some_and(|since| (0..=ns).contains(&since))
+    pub fn began_within(&self, at: FrameRef, ns: Ns) -> bool {
+        at.since(self.repeats.since).is_some_and(|since| (Ns::ZERO..=ns).contains(&since))
     }
 
     /// Returns true if it has ended, at most `ns` before a frame; or after that, if it had begun: a finding may come late.
-    pub fn ended_within(&self, at: FrameRef, ns: i64) -> bool {
+    pub fn ended_within(&self, at: FrameRef, ns: Ns) -> bool {
         let since = self.end.and_then(|end| at.since(end));
-        since.is_some_and(|since| since <= ns && (since >= 0 || at.no >= self.begin.no))
+        since.is_some_and(|since| since <= ns && (since >= Ns::ZERO || at.no >= self.begin.no))
     }
 
     /// Returns the time between heartbeats that come more slowly, or too late, in ns.
-    pub(super) fn slow_ns(&self) -> Option<i64> {
+    pub(super) fn slow_ns(&self) -> Option<Ns> {
         ["to", "period", "found"].iter().find_map(|name| self.ns(name))
     }
 
@@ -410,10 +411,10 @@ impl Problem {
 
     /// Returns the limit by which it follows from its cause, in ns, and the index of the object with the limit: a
     /// consumer heartbeat time.
-    pub fn limit(&self, cause: &Problem) -> Option<(u16, i64)> {
+    pub fn limit(&self, cause: &Problem) -> Option<(u16, Ns)> {
         let rule = self.cause.filter(|link| link.cause == cause.id && matches!(link.rule, 1 | 7))?;
         let watched = self.clue.watched.iter().find(|(node, _)| cause.subject.concerns(*node))?;
-        (rule.delay_ns >= Some(0)).then_some((0x1016, watched.1))
+        (rule.delay_ns >= Some(Ns::ZERO)).then_some((0x1016, watched.1))
     }
 
     /// Returns the measurements of its first finding, if no tracker has a headline of its own for it.

@@ -3,7 +3,8 @@
 //! A sentence is declared with its facts like those of rules; an unknown name in braces does not compile. Times called
 //! `at` count from the first frame of the capture.
 
-use crate::rules::quantity::{Abort, Command, Count, Emcy, Hex2, Hex8, Id, Ns, Object, Pdo, State, Statusword};
+use crate::bytes::ns::Ns;
+use crate::rules::quantity::{Abort, Command, Count, Emcy, Hex2, Hex8, Id, Object, Pdo, State, Statusword};
 use crate::rules::rules;
 use crate::rules::{Measured, Variant, Words};
 

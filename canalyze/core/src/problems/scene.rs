@@ -3,11 +3,12 @@
 use super::ledger::Ledger;
 use super::problem::bit;
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::world::bus::Bus;
 use crate::world::configuration::Provenance;
 
 /// Maximum delay with which a node reports a missing RPDO, in ns.
-const WATCH_NS: i64 = 50_000_000;
+const WATCH_NS: Ns = Ns::from_ms(50);
 /// Number of node-IDs, including 0.
 const SLOTS: usize = 128;
 
@@ -44,7 +45,7 @@ pub(super) struct Heard {
     /// The state that each node has reported last; `None` if it has not, or has been lost since.
     pub(super) states: Vec<Option<u8>>,
     /// The number of responses of default SDOs behind their requests, and the longest time until one, in ns.
-    pub(super) responses: (u64, i64),
+    pub(super) responses: (u64, Ns),
     /// The last error code that each node has reported and not cleared.
     pub(super) errors_of: Vec<Option<u16>>,
     /// Operational nodes, one bit each.
@@ -56,7 +57,7 @@ pub(super) struct Heard {
     /// The last frame of a controller: a command, a SYNC, an RPDO, an SDO request.
     pub(super) control: FrameRef,
     /// Time between the last two SYNCs, in ns.
-    pub(super) sync_period_ns: Option<i64>,
+    pub(super) sync_period_ns: Option<Ns>,
     /// Number of error frames so far, and the first one.
     pub(super) errors: (u64, FrameRef),
     /// The last error frame.
@@ -71,7 +72,7 @@ impl Default for Heard {
             last: std::array::from_fn(|_| vec![FrameRef::default(); SLOTS]),
             known: 0,
             states: vec![None; SLOTS],
-            responses: (0, 0),
+            responses: (0, Ns::ZERO),
             errors_of: vec![None; SLOTS],
             operational: 0,
             sync: FrameRef::default(),
@@ -123,7 +124,7 @@ impl Heard {
     pub(super) fn exchanged(&mut self, node: u8, client: bool, at: FrameRef) {
         let asked = self.noted(Last::Request, node);
         self.note(Last::Request, node, if client { at } else { FrameRef::default() });
-        if let Some(waited) = at.since(asked).filter(|ns| *ns >= 0 && !client) {
+        if let Some(waited) = at.since(asked).filter(|ns| *ns >= Ns::ZERO && !client) {
             self.responses = (self.responses.0 + 1, self.responses.1.max(waited));
         }
     }
@@ -199,10 +200,10 @@ impl Scene<'_> {
     }
 
     /// Returns the nodes that a node monitors by 1016h, with their times in ns and the sub-index of the entry.
-    pub(super) fn watched(&self, node: u8) -> Vec<(u8, i64, u8)> {
+    pub(super) fn watched(&self, node: u8) -> Vec<(u8, Ns, u8)> {
         let known = (1..=127).filter_map(|sub| Some((self.value(node, 0x1016, sub)?.0, sub)));
-        let entries = known.map(|(value, sub)| ((value >> 16 & 0x7F) as u8, (value & 0xFFFF) as i64 * 1_000_000, sub));
-        entries.filter(|(watched, time, _)| *watched > 0 && *time > 0).collect()
+        let entries = known.map(|(value, sub)| ((value >> 16 & 0x7F) as u8, Ns::from_ms((value & 0xFFFF) as i64), sub));
+        entries.filter(|(watched, time, _)| *watched > 0 && *time > Ns::ZERO).collect()
     }
 
     /// Returns true if a node is known to produce SYNC.
@@ -228,12 +229,12 @@ impl Scene<'_> {
     /// Returns the nodes whose last TPDO is as old as a time for which a node waits for an RPDO (event timer, sub-index
     /// 05h), one bit each.
     pub(super) fn suspects(&self, node: u8) -> u128 {
-        let times = (0x1400..=0x15FF).filter_map(|index| Some(self.value(node, index, 5)?.0 as i64 * 1_000_000));
-        let times: Vec<i64> = times.filter(|time| *time > 0).collect();
+        let times = (0x1400..=0x15FF).filter_map(|index| Some(Ns::from_ms(self.value(node, index, 5)?.0 as i64)));
+        let times: Vec<Ns> = times.filter(|time| *time > Ns::ZERO).collect();
         let fits = |other: &u8| {
             let last = self.heard.noted(Last::Pdo, *other);
-            let rest = last.and_then(|last| self.at.since(last)).unwrap_or(-1);
-            times.iter().any(|time| (*time - time / 10..=time + time / 3 + WATCH_NS).contains(&rest))
+            let rest = last.and_then(|last| self.at.since(last)).unwrap_or(Ns(-1));
+            times.iter().any(|time| (*time - *time / 10..=*time + *time / 3 + WATCH_NS).contains(&rest))
         };
         (1..=127).filter(|other| *other != node).filter(fits).fold(0, |all, other| all | bit(other))
     }

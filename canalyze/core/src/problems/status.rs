@@ -6,12 +6,13 @@ use super::rank::is_root;
 use super::roles::KindRole;
 use super::trackers::rules::GOES_ON;
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::rules::finding::Code;
 
 /// Time in which a node that is back has to be started again, in ns.
-const START_NS: i64 = 2_500_000_000;
+const START_NS: Ns = Ns::from_ms(2_500);
 /// Time after which an error that was not cleared counts as open, in ns.
-const SETTLED_NS: i64 = 500_000_000;
+const SETTLED_NS: Ns = Ns::from_ms(500);
 
 /// Leaves a root open as long as one of its consequences is.
 pub(super) fn of_chains(ledger: &mut Ledger) {
@@ -37,7 +38,7 @@ fn goes_on(one: &Problem, end: FrameRef) -> bool {
     let mean = one.repeats.since.since(one.begin).map(|all| all / one.repeats.count.saturating_sub(1).max(1) as i64);
     let comes_again = !one.clue.reported.is_empty() || one.kind.is(KindRole::Recurs);
     let rest = end.since(one.end.unwrap_or(one.repeats.since));
-    let soon = mean.zip(rest).is_some_and(|(mean, rest)| rest < mean.saturating_add(mean / 4));
+    let soon = mean.zip(rest).is_some_and(|(mean, rest)| rest < mean + mean / 4);
     one.repeats.count >= GOES_ON && comes_again && soon
 }
 

@@ -5,6 +5,7 @@ use super::problem::Problem;
 use super::roles::KindRole;
 use super::sayings::title;
 use super::signs::{Titles, When};
+use crate::bytes::ns::Ns;
 use crate::rules::finding::Quantity;
 use crate::rules::{Measured, Variant};
 
@@ -29,10 +30,10 @@ const BEHIND: [&Variant; 5] = [&title::Since, &title::At, &title::Times, &title:
 
 /// Returns the line, and true if it names the kind by itself; `None` if the words of the kind suffice. `began_ns`: the
 /// first stamp of the capture.
-pub fn of(one: &Problem, began_ns: Option<i64>) -> Option<(Measured, bool)> {
+pub fn of(one: &Problem, began_ns: Option<Ns>) -> Option<(Measured, bool)> {
     // A clock that was set back since has no time of the capture's beginning.
-    let since = |t_ns: Option<i64>| t_ns.zip(began_ns).map_or(0, |(at, began)| at.saturating_sub(began));
-    let at = one.begin.t_ns.map(|_| since(one.begin.listed().t_ns)).filter(|at| *at >= 0);
+    let since = |t_ns: Option<Ns>| t_ns.zip(began_ns).map_or(Ns::ZERO, |(at, began)| at - began);
+    let at = one.begin.t_ns.map(|_| since(one.begin.listed().t_ns)).filter(|at| *at >= Ns::ZERO);
     let known = |name: &str| fact(one, name, at, began_ns);
     let own = one.kind.row().titles;
     let titles = if own.is_empty() { OTHERS } else { own };
@@ -43,17 +44,17 @@ pub fn of(one: &Problem, began_ns: Option<i64>) -> Option<(Measured, bool)> {
 }
 
 /// Returns a fact of a title. `at`: the time of its beginning from that of the capture.
-fn fact(one: &Problem, name: &str, at: Option<i64>, began_ns: Option<i64>) -> Option<Quantity> {
+fn fact(one: &Problem, name: &str, at: Option<Ns>, began_ns: Option<Ns>) -> Option<Quantity> {
     let lasts = || one.end.and_then(|end| end.since(one.begin));
     match name {
         "at" => at.map(Quantity::Ns),
         "count" => Some(Quantity::Count(one.repeats.count)),
         "nodes" => Some(Quantity::Count(one.subject.nodes.count_ones().into())),
         "pdo" => one.subject.pdo.map(|(transmit, number)| Quantity::Pdo(transmit, number)),
-        "heard" => one.end.and_then(|end| Some(Quantity::Ns(end.t_ns?.saturating_sub(began_ns?)))),
-        "lasts" => lasts().filter(|lasts| one.repeats.count == 1 && *lasts > 0).map(Quantity::Ns),
+        "heard" => one.end.and_then(|end| Some(Quantity::Ns(end.t_ns? - began_ns?))),
+        "lasts" => lasts().filter(|lasts| one.repeats.count == 1 && *lasts > Ns::ZERO).map(Quantity::Ns),
         "silence" if one.kind.is(KindRole::AloneSilent) && one.end.is_some() && !one.has(name) => {
-            Some(Quantity::Ns(lasts().unwrap_or(0)))
+            Some(Quantity::Ns(lasts().unwrap_or(Ns::ZERO)))
         }
         _ => one.get(name),
     }

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use super::choose;
 use super::dictionary::Dictionary;
 use crate::bytes::frame::CanId;
+use crate::bytes::ns::Ns;
 use crate::session::known_pdos;
 use crate::world::network::{Cob, Description, GivenProfile, GivenValue, Network as Known, Sdo};
 
@@ -62,9 +63,9 @@ impl Network {
                     node,
                 })
                 .collect(),
-            sync_period_ns,
-            sync_window_ns,
-            jitter_ns,
+            sync_period_ns: sync_period_ns.map(Ns),
+            sync_window_ns: sync_window_ns.map(Ns),
+            jitter_ns: jitter_ns.map(Ns),
             bit_rate: bitrate,
         };
         Ok(Self { known: Arc::new(known) })

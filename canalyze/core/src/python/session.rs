@@ -13,6 +13,7 @@ use super::network::Network;
 use super::settings::Expectations;
 use crate::bytes::inputs::Refusal;
 use crate::bytes::masks::Masks;
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::candump::Stamps;
 use crate::bytes::readers::mcap::{Choice, Clock, Map};
 use crate::bytes::readers::{Damage, FilePlace, InputFormat as Input, Settings as Reading};
@@ -106,7 +107,7 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Options {
             masks: given.read(Masks::parse(&given.get::<Vec<String>>("masks")?), complaints::masks)?,
             select: Select::parse(&given.text("select")?),
             limit: given.get("limit")?,
-            until_ns: given.get("until_ns")?,
+            until_ns: given.get::<Option<i64>>("until_ns")?.map(Ns),
         };
         let settings = mcap::McapSettings {
             fd_schema: given.one("mcap_fd_schema", FdSchema::NAMES)?,
@@ -252,7 +253,8 @@ impl Session {
         let filter =
             Filter::parse(filter).map_err(|mistake| PyValueError::new_err(complaints::filter(lang, &mistake)))?;
         let lines = self.run(py, |core| core.trace(Wanted { filter: &filter, search, frame, rows, back }));
-        let row = |line: Line| (line.frame, line.severity, line.t_ns, line.bus, line.id, line.data, line.text);
+        let row =
+            |line: Line| (line.frame, line.severity, line.t_ns.map(Ns::as_ns), line.bus, line.id, line.data, line.text);
         Ok(lines.into_iter().map(row).collect())
     }
 
@@ -309,7 +311,7 @@ impl Session {
 
     #[getter]
     fn date_ns(&self, py: Python<'_>) -> Option<i64> {
-        self.run(py, |core| core.date_ns())
+        self.run(py, |core| core.date_ns()).map(Ns::as_ns)
     }
 
     #[getter]

@@ -10,6 +10,7 @@ use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 
+use crate::bytes::ns::Ns;
 use crate::settings::{self, Mistake};
 use crate::views::expectation::Expectations as Expected;
 
@@ -105,9 +106,9 @@ fn read(py: Python<'_>, content: &[u8], file: &str) -> PyResult<Settings> {
         descriptions: read.descriptions.into_iter().map(|one| (one.bus, numbers(one.nodes), one.file)).collect(),
         cobs: read.cobs.into_iter().map(|one| (one.bus, one.id, one.node, direction(one.pdo.0), one.pdo.1)).collect(),
         sdos: read.sdos.into_iter().map(|one| (one.bus, one.client, one.server, one.node)).collect(),
-        sync_period_ns: read.sync_period_ns,
-        sync_window_ns: read.sync_window_ns,
-        jitter_ns: read.jitter_ns,
+        sync_period_ns: read.sync_period_ns.map(Ns::as_ns),
+        sync_window_ns: read.sync_window_ns.map(Ns::as_ns),
+        jitter_ns: read.jitter_ns.map(Ns::as_ns),
         bitrate: read.bit_rate,
         check: read.check.map(|one| Py::new(py, check(one))).transpose()?,
     })

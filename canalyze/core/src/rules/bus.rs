@@ -1,7 +1,9 @@
 //! Rules about a bus as a whole: error frames (ISO 11898-1, fault confinement), by which the recording controller
 //! reports its own state and that of its bus, and traffic that is not CANopen.
 
-use super::quantity::{Count, Id, JsonOnly, Ns};
+use crate::bytes::ns::Ns;
+
+use super::quantity::{Count, Id, JsonOnly};
 use super::{Verdict, rules};
 
 rules! {

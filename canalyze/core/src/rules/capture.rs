@@ -1,6 +1,8 @@
 //! Rules about the capture itself: unreadable and missing parts.
 
-use super::quantity::{Count, JsonOnly, Ns};
+use crate::bytes::ns::Ns;
+
+use super::quantity::{Count, JsonOnly};
 use super::{Verdict, rules};
 
 rules! {

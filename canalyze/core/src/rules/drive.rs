@@ -1,6 +1,8 @@
 //! Rules about drives (CiA 402-2).
 
-use super::quantity::{Controlword, Mode, Ns, Statusword};
+use crate::bytes::ns::Ns;
+
+use super::quantity::{Controlword, Mode, Statusword};
 use super::{Verdict, rules};
 
 rules! {

@@ -1,6 +1,8 @@
 //! Rules about emergency messages (CiA 301, 7.2.7).
 
-use super::quantity::{Count, Emcy, Hex2, JsonOnly, Ns, State};
+use crate::bytes::ns::Ns;
+
+use super::quantity::{Count, Emcy, Hex2, JsonOnly, State};
 use super::{Verdict, rules};
 
 rules! {

@@ -1,6 +1,8 @@
 //! Rules about a user's expectations of a capture (`canalyze check --expect`).
 
-use super::quantity::{Command, Count, Emcy, JsonOnly, Ns, Pdo, Problems, Quantity, Real, Said, State, Text, Word};
+use crate::bytes::ns::Ns;
+
+use super::quantity::{Command, Count, Emcy, JsonOnly, Pdo, Problems, Quantity, Real, Said, State, Text, Word};
 use super::{Deviation, rules};
 
 rules! {

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+
 use super::{Code, Quantity, Said};
 
 /// A text in both languages.
@@ -156,7 +157,7 @@ impl Measured {
         self.variant.facts.iter().find(|fact| fact.spoken && fact.name == name)?;
         match self.get(name)? {
             Quantity::Count(count) => i64::try_from(count).ok(),
-            Quantity::Ns(ns) => Some(ns),
+            Quantity::Ns(ns) => Some(ns.as_ns()),
             _ => None,
         }
     }

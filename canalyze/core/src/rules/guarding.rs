@@ -1,6 +1,8 @@
 //! Rules about node guarding (CiA 301, 7.2.8.3.2.1).
 
-use super::quantity::{Bit, Count, Ns};
+use crate::bytes::ns::Ns;
+
+use super::quantity::{Bit, Count};
 use super::{Verdict, rules};
 
 rules! {

@@ -1,6 +1,8 @@
 //! Rules about heartbeats, boot-ups and node-IDs (CiA 301, 7.2.8.3.2).
 
-use super::quantity::{Count, Hex2, Ns, State};
+use crate::bytes::ns::Ns;
+
+use super::quantity::{Count, Hex2, State};
 use super::{Verdict, rules};
 
 rules! {

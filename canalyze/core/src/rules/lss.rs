@@ -1,6 +1,8 @@
 //! Rules about LSS (CiA 305).
 
-use super::quantity::{Count, Hex2, Hex8, Lss, LssError, Ns};
+use crate::bytes::ns::Ns;
+
+use super::quantity::{Count, Hex2, Hex8, Lss, LssError};
 use super::{Verdict, rules};
 
 rules! {

@@ -1,6 +1,8 @@
 //! Rules about NMT commands and states (CiA 301, 7.2.8.3.1, 7.3.2).
 
-use super::quantity::{Command, Count, Hex2, Ns, State};
+use crate::bytes::ns::Ns;
+
+use super::quantity::{Command, Count, Hex2, State};
 use super::{Verdict, rules};
 
 rules! {

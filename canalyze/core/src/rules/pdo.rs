@@ -1,6 +1,8 @@
 //! Rules about PDOs and MPDOs (CiA 301, 7.2.2): length, state, times and configuration.
 
-use super::quantity::{Count, Id, Ns, Pdo, State};
+use crate::bytes::ns::Ns;
+
+use super::quantity::{Count, Id, Pdo, State};
 use super::{Verdict, rules};
 
 rules! {

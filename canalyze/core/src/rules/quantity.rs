@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::Words;
 use crate::bytes::frame::CanId;
+use crate::bytes::ns::Ns;
 use crate::sdo::abort_code::AbortCode;
 use crate::sdo::wire::{self, Mux};
 use crate::words::profiles::Profile;
@@ -21,7 +22,7 @@ pub enum Quantity {
     /// A signed number.
     Signed(i64),
     /// A time or a difference of times in ns. Sentences choose a unit, JSON has ns.
-    Ns(i64),
+    Ns(Ns),
     /// Two hexadecimal digits.
     Hex2(u8),
     /// Four hexadecimal digits.
@@ -151,13 +152,22 @@ macro_rules! kinds {
 }
 
 kinds! {
-    Quantity: Count(u64) Ns(i64) Hex2(u8) Hex4(u16) Hex8(u32) Object(Mux) Id(CanId) State(u8) Command(u8) Pdo(bool, u16)
+    Quantity: Count(u64) Hex2(u8) Hex4(u16) Hex8(u32) Object(Mux) Id(CanId) State(u8) Command(u8) Pdo(bool, u16)
     Statusword(u16) Controlword(u16) Mode(i8) Lss(u8) LssError(u8, u8) Emcy(u16, Profile) Type(u16) Abort(AbortCode) Side(wire::Side)
     Size(u64) Crc(CrcMatch)
 }
 
 kinds! {
     Said: Real(f64) Text(Arc<str>) Word(&'static str) Problems(Arc<[NamedProblem]>, u64)
+}
+
+impl FactKind for Ns {
+    type Value = Self;
+    type Held = Quantity;
+
+    fn of(value: Self) -> Quantity {
+        Quantity::Ns(value)
+    }
 }
 
 /// A bit: the number 0 or 1.

@@ -1,6 +1,8 @@
 //! Rules about SDO (CiA 301, 7.2.4): the protocol, and the objects of a description.
 
-use super::quantity::{Abort, Bit, Count, Crc, Hex2, Hex4, Ns, Object, Side, Size, State, Type};
+use crate::bytes::ns::Ns;
+
+use super::quantity::{Abort, Bit, Count, Crc, Hex2, Hex4, Object, Side, Size, State, Type};
 use super::{Verdict, rules};
 
 rules! {

@@ -1,6 +1,8 @@
 //! Rules about SRDOs (CiA 304).
 
-use super::quantity::{Count, Id, Ns, State};
+use crate::bytes::ns::Ns;
+
+use super::quantity::{Count, Id, State};
 use super::{Verdict, rules};
 
 rules! {

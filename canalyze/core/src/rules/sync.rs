@@ -1,6 +1,8 @@
 //! Rules about SYNC, its counter, and synchronous TPDOs (CiA 301, 7.2.5).
 
-use super::quantity::{Count, JsonOnly, Ns};
+use crate::bytes::ns::Ns;
+
+use super::quantity::{Count, JsonOnly};
 use super::{Verdict, rules};
 
 rules! {

@@ -1,6 +1,8 @@
 //! Rules about TIME (CiA 301, 7.2.6).
 
-use super::quantity::{Count, Hex2, Ns};
+use crate::bytes::ns::Ns;
+
+use super::quantity::{Count, Hex2};
 use super::{Verdict, rules};
 
 rules! {

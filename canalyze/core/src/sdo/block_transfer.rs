@@ -14,13 +14,14 @@ use super::sub_block::{Segment, Taken};
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::rules::finding::Code;
 use crate::rules::sdo::{Sdo002, Sdo012, Sdo019, Sdo024, Sdo025};
 use crate::world::context::Context;
 use crate::world::event::Place;
 
 /// Minimum time of a segment on the bus, in ns: eight bytes at 1 Mbit/s.
-const SEGMENT_NS: i64 = 100_000;
+const SEGMENT_NS: Ns = Ns::from_us(100);
 
 impl SdoChannel {
     /// Decodes a frame of the data's sender.
@@ -133,7 +134,7 @@ impl SdoChannel {
         let heard = self.history.heard.map(|heard| heard.at);
         let since = heard.or(self.transfer.as_ref().map(|transfer| transfer.last)).and_then(|at| at.t_ns);
         let time = i64::from(segments) * SEGMENT_NS;
-        let fits = |(since, now): (i64, i64)| now.saturating_sub(since) >= time;
+        let fits = |(since, now): (Ns, Ns)| now - since >= time;
         segments > 0 && since.zip(ack.at.t_ns).map_or(segments <= FRAMES, fits)
     }
 

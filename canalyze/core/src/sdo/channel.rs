@@ -12,6 +12,7 @@ use super::state::{GivenUpWrite, History, Hypotheses, Proof, SdoChannel, Sequenc
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
 use super::wire::{self, Command, Mux, Side};
 use crate::bytes::frame::{BusId, CanId, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::evidence::duplicates::Sighting;
 use crate::rules::sdo::{Sdo002, Sdo007};
 use crate::words::profiles::Profile;
@@ -28,7 +29,7 @@ const PROBES: u64 = 3;
 const RECENT: usize = 128;
 
 /// Returns true if the capture started early enough to contain the channel's first frame.
-pub fn is_whole(heard_ns: i64) -> bool {
+pub fn is_whole(heard_ns: Ns) -> bool {
     heard_ns > UNANSWERED_NS
 }
 
@@ -79,7 +80,7 @@ impl SdoChannel {
 
     /// Takes the time `heard_ns` since the capture's start without a frame of the channel, or a boot-up of its server:
     /// the first frame then continues nothing from before the capture.
-    pub fn idle_for(&mut self, heard_ns: i64, booted: bool) {
+    pub fn idle_for(&mut self, heard_ns: Ns, booted: bool) {
         if booted || is_whole(heard_ns) {
             self.hypotheses.begin_whole();
         }
@@ -482,7 +483,7 @@ impl SdoChannel {
         self.own = false;
         self.order_rest(cx);
         let aged = |from: FrameRef| match (from.t_ns, cx.at.t_ns) {
-            (Some(from), Some(to)) => to.saturating_sub(from) > UNANSWERED_NS,
+            (Some(from), Some(to)) => to - from > UNANSWERED_NS,
             _ => false,
         };
         let idle_is_old = self.transfer.as_ref().is_some_and(|transfer| aged(transfer.last));

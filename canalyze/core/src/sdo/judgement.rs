@@ -9,6 +9,7 @@ use super::state::{Doubt, SdoChannel, Verdicts};
 use super::transfer::Transfer;
 use super::wire::{self, Command, Segment, Side};
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::evidence::Rules;
 use crate::rules::finding::{Code, Finding, Severity, Verdict};
 use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo010, Sdo012, Sdo018, Sdo020, Sdo023, Sdo024};
@@ -226,7 +227,7 @@ impl SdoChannel {
     /// Reports an answer later than clients wait.
     pub(super) fn judge_time(&mut self, request: &Half, response: &Half, cx: &mut Context<'_>) {
         let (Some(asked), Some(answered)) = (request.at.t_ns, response.at.t_ns) else { return };
-        let delay = answered.saturating_sub(asked);
+        let delay = answered - asked;
         self.history.slowest_ns = self.history.slowest_ns.max(delay);
         let object = self.transfer.as_ref().and_then(|transfer| transfer.mux);
         let recording = &cx.evidence.recording;
@@ -252,7 +253,7 @@ impl SdoChannel {
     /// is shorter if the server has always answered much sooner.
     pub(super) fn is_overdue(&self, request: &Half, cx: &Context<'_>) -> bool {
         let (Some(asked), Some(now)) = (request.at.t_ns, cx.at.t_ns) else { return false };
-        let waited = now.saturating_sub(asked);
+        let waited = now - asked;
         let reads = matches!(request.command, Command::InitiateUpload(_) | Command::SegmentRequest { .. });
         let prompt = self.proof.trusted && waited / PROMPT > self.history.slowest_ns;
         waited > if reads && prompt { SHORTEST_TIMEOUT_NS } else { UNANSWERED_NS }
@@ -261,7 +262,7 @@ impl SdoChannel {
     /// Returns true if the client goes on with the current frame so soon after a request that it had its answer: within
     /// a time-out in the same transfer (`same`), and in another one within the server's usual time.
     pub(super) fn went_on(&self, request: &Half, same: bool, cx: &Context<'_>) -> bool {
-        let waited = request.at.t_ns.zip(cx.at.t_ns).map(|(asked, now)| now.saturating_sub(asked));
+        let waited = request.at.t_ns.zip(cx.at.t_ns).map(|(asked, now)| now - asked);
         match waited {
             None => same,
             Some(waited) => waited < SHORTEST_TIMEOUT_NS && (same || waited / PROMPT <= self.history.slowest_ns),
@@ -282,11 +283,11 @@ impl SdoChannel {
     }
 
     /// Returns the time at which a silent server is reported without any frame, in ns.
-    pub(super) fn overdue_ns(&self) -> Option<i64> {
+    pub(super) fn overdue_ns(&self) -> Option<Ns> {
         // A client that gives up and asks again is still looking for its server.
         let in_vain = || Some(self.proof.last).filter(|_| self.asks_in_vain());
         let from = self.awaited().map(|pending| pending.at).or_else(in_vain)?;
-        Some(from.t_ns?.saturating_add(SILENT_NS))
+        Some(from.t_ns? + SILENT_NS)
     }
 
     /// Returns true if the server was asked and has never answered.
@@ -300,14 +301,14 @@ impl SdoChannel {
     }
 
     /// Reports a server that has not answered by `now_ns`.
-    pub(super) fn judge_silence(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+    pub(super) fn judge_silence(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
         let Some(due_ns) = self.overdue_ns() else { return };
         // At the end of a silence of the whole bus, a paused recorder may release its frames now.
-        let since_ns = due_ns.saturating_sub(SILENT_NS);
+        let since_ns = due_ns - SILENT_NS;
         let heard = cx.at.t_ns == Some(now_ns);
         let silence = cx.evidence.recording.silence(now_ns).filter(|silence| heard && silence.to_ns > since_ns);
-        let paused_ns = silence.map_or(0, |silence| silence.to_ns.saturating_sub(silence.from_ns.max(since_ns)));
-        if due_ns.saturating_add(paused_ns) >= now_ns {
+        let paused_ns = silence.map_or(Ns::ZERO, |silence| silence.to_ns - silence.from_ns.max(since_ns));
+        if due_ns + paused_ns >= now_ns {
             return;
         }
         let pending = match self.awaited() {
@@ -327,8 +328,7 @@ impl SdoChannel {
     /// unknown without stamps.
     pub(super) fn find_refused(&mut self, cx: &mut Context<'_>) {
         let now = cx.at;
-        let older =
-            |from: FrameRef, ns| from.t_ns.zip(now.t_ns).is_some_and(|(from, now)| now.saturating_sub(from) > ns);
+        let older = |from: FrameRef, ns| from.t_ns.zip(now.t_ns).is_some_and(|(from, now)| now - from > ns);
         let rests = self.history.heard.is_some_and(|heard| older(heard.at, SHORTEST_TIMEOUT_NS));
         for refused in std::mem::take(&mut self.verdicts.refused) {
             if !rests && !older(refused.at, UNANSWERED_NS) {

@@ -9,6 +9,7 @@ use super::state::{Proof, SdoChannel};
 use super::unasked::APART_NS;
 use super::wire::{Command, Mux, Side};
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::rules::finding::{Finding, Verdict};
 use crate::rules::sdo::{Sdo030, Sdo031};
 use crate::world::context::Context;
@@ -63,7 +64,8 @@ impl Proof {
         }
         if let Some(object) = half.command.mux() {
             let before = self.last_request.replace((object, half.at));
-            let soon = |at: FrameRef| half.at.since(at).is_none_or(|apart| (0..SHORTEST_TIMEOUT_NS).contains(&apart));
+            let soon =
+                |at: FrameRef| half.at.since(at).is_none_or(|apart| (Ns::ZERO..SHORTEST_TIMEOUT_NS).contains(&apart));
             self.went_on += u64::from(before.is_some_and(|(other, at)| other != object && soon(at)));
         }
         self.plausible = self.plausible.saturating_add(1);
@@ -147,7 +149,7 @@ impl SdoChannel {
     }
 
     /// Reports at the capture's end, or at `now_ns`, that a channel is not SDO or was never answered.
-    pub(super) fn report_distrust(&mut self, now_ns: Option<i64>, cx: &mut Context<'_>) {
+    pub(super) fn report_distrust(&mut self, now_ns: Option<Ns>, cx: &mut Context<'_>) {
         let Some(first) = self.proof.first.filter(|_| !self.verdicts.distrusted) else { return };
         if self.proof.proven || self.verdicts.scanned || self.proof.paired && !self.is_strange() {
             return;
@@ -155,12 +157,12 @@ impl SdoChannel {
         let unanswered = self.proof.responses == 0 && self.is_sdo() == Some(true);
         let frames = self.proof.requests.saturating_add(self.proof.responses);
         // A request at either edge of the capture may have been answered beyond it.
-        let waited = first.t_ns.zip(now_ns).map_or(0, |(first, now)| now.saturating_sub(first)) > UNANSWERED_NS;
+        let waited = first.t_ns.zip(now_ns).map_or(Ns::ZERO, |(first, now)| now - first) > UNANSWERED_NS;
         if frames < 2 && !(unanswered && waited) || unanswered && self.proof.goes_on() {
             return;
         }
-        let lasted = self.proof.last.since(first).unwrap_or(0);
-        let flood = self.proof.requests == 0 && frames >= FLOOD && (1..APART_NS * frames as i64).contains(&lasted);
+        let lasted = self.proof.last.since(first).unwrap_or(Ns::ZERO);
+        let flood = self.proof.requests == 0 && frames >= FLOOD && (Ns(1)..APART_NS * frames as i64).contains(&lasted);
         // A few undecided frames are no sign of another protocol while each may be SDO.
         let other = self.is_sdo().map_or(self.proof.odd > 0 || frames >= FEW, |is_sdo| !is_sdo);
         // A capture of requests alone may not contain the answers.

@@ -8,6 +8,7 @@ use super::phase::{Half, Phase};
 use super::transfer::Transfer;
 use super::wire::{Command, Mux, Side};
 use crate::bytes::frame::{BusId, CanId, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::rules::finding::Finding;
 use crate::words::profiles::Profile;
 use crate::world::dictionary::Dictionary;
@@ -52,7 +53,7 @@ pub(super) struct History {
     pub(super) last_request: Option<Command>,
     pub(super) last_response: Option<[u8; 8]>,
     /// The server's longest response time, in ns.
-    pub(super) slowest_ns: i64,
+    pub(super) slowest_ns: Ns,
 }
 
 /// An expedited write abandoned by the client.
@@ -95,7 +96,7 @@ pub(super) struct Sequence {
     /// A request that fits the first or the next of them; the following frame decides.
     pub(super) undecided: Option<Half>,
     /// Maximum delay with which the recording host lists its own frames, in ns.
-    pub(super) lag_ns: i64,
+    pub(super) lag_ns: Ns,
     pub(super) under_way: Option<UnderWay>,
     /// The last response or refusal if its request was captured before it.
     pub(super) answered: Option<Half>,

@@ -8,6 +8,7 @@ use crc::{CRC_16_IBM_3740, CRC_16_KERMIT, CRC_16_XMODEM, Crc, Digest, Table};
 use super::abort_code::AbortCode;
 use super::wire::{Mux, Segment, Side};
 use crate::bytes::frame::{BusId, CanId, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::rules::finding::{Code, CrcMatch};
 use crate::world::dictionary::Described;
 use crate::world::od::DataType;
@@ -403,7 +404,7 @@ impl Transfer {
     }
 
     /// Returns the duration from the first to the last frame in ns if both have stamps.
-    pub fn duration_ns(&self) -> Option<i64> {
-        Some(self.last.t_ns?.saturating_sub(self.first.t_ns?))
+    pub fn duration_ns(&self) -> Option<Ns> {
+        Some(self.last.t_ns? - self.first.t_ns?)
     }
 }

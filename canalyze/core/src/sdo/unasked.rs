@@ -9,6 +9,7 @@ use super::phase::{Half, Phase, is_strict_answer};
 use super::state::{SdoChannel, Unasked};
 use super::wire::{Command, Segment};
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::rules::finding::{Finding, Verdict};
 use crate::rules::sdo::Sdo002;
 use crate::world::context::Context;
@@ -16,7 +17,7 @@ use crate::world::context::Context;
 /// Number of frames in a row that make a flood; lost requests may explain one out of this number.
 const FLOOD: u64 = 4;
 /// Maximum mean interval between the frames of a flood, in ns.
-pub(super) const APART_NS: i64 = 50_000_000;
+pub(super) const APART_NS: Ns = Ns::from_ms(50);
 /// Maximum number of waiting findings (invariant 6).
 const KEPT: usize = 32;
 
@@ -39,7 +40,7 @@ impl Unasked {
     }
 
     fn is_flood(&self) -> bool {
-        let most = APART_NS.saturating_mul(i64::try_from(self.frames).unwrap_or(i64::MAX));
+        let most = APART_NS * i64::try_from(self.frames).unwrap_or(i64::MAX);
         let odd = self.frames >= FLOOD && self.unexplained >= self.frames - self.frames / FLOOD;
         odd && self.last.since(self.first).is_none_or(|lasted| lasted < most)
     }
@@ -133,18 +134,18 @@ impl SdoChannel {
     }
 
     /// Returns the time of the next decision without a frame, in ns.
-    pub fn due(&self) -> Option<i64> {
+    pub fn due(&self) -> Option<Ns> {
         [self.quiet(), self.overdue_ns()].into_iter().flatten().min()
     }
 
     /// Returns the time at which the channel counts as quiet, if anything waits for that, in ns.
-    fn quiet(&self) -> Option<i64> {
-        let unasked = || Some(self.verdicts.unasked.as_ref()?.last.t_ns?.saturating_add(UNANSWERED_NS));
+    fn quiet(&self) -> Option<Ns> {
+        let unasked = || Some(self.verdicts.unasked.as_ref()?.last.t_ns? + UNANSWERED_NS);
         self.sequence.due().or_else(unasked)
     }
 
     /// Decides everything that has waited long enough at `now_ns`.
-    pub fn rest(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+    pub fn rest(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
         while self.sequence.due().is_some_and(|due| due < now_ns) {
             self.release(cx);
         }

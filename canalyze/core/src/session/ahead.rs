@@ -10,12 +10,13 @@ use std::collections::VecDeque;
 
 use super::capture::Origin;
 use crate::bytes::frame::{Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::evidence::When;
 use crate::evidence::recording::Happened;
 
 /// For how long the next frame of an SDO channel is awaited, in ns, and in frames where there are no stamps: servers
 /// answer sooner.
-const AHEAD_NS: i64 = 100_000_000;
+const AHEAD_NS: Ns = Ns::from_ms(100);
 const FRAMES: usize = 32;
 /// Most frames that wait for that.
 const MOST: usize = 4096;
@@ -58,9 +59,9 @@ impl Ahead {
     }
 
     /// Returns true if the first frame has waited long enough by `now_ns` for the next one of its channel.
-    pub(super) fn is_over(&self, now_ns: i64) -> bool {
+    pub(super) fn is_over(&self, now_ns: Ns) -> bool {
         let first = self.held.front().and_then(|(placed, _)| placed.frame.t_ns);
-        first.is_some_and(|first| now_ns.saturating_sub(first) > AHEAD_NS)
+        first.is_some_and(|first| now_ns - first > AHEAD_NS)
     }
 
     /// Returns the next frame that belongs to the channel of the first one and is no copy of it.

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use crate::bytes::frame::{BusId, Buses, Frame, FrameRef, Stamp};
 use crate::bytes::inputs::{ABSOLUTE_NS, File, Unreadable};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::{Damage, DamageKind, FilePlace, Marker, Unreadable as Reason};
 use crate::bytes::writers;
 use crate::rules::capture::{Cap001, Cap002, Cap004, Cap005, Cap008};
@@ -20,10 +21,10 @@ use crate::words::{Lang, complaints};
 /// Unreadable lines and damaged places of a file that are named one by one as they come.
 const NAMED: u64 = 5;
 /// A file that begins so much earlier than the one before it ended is out of order, in ns.
-const STEP_BACK_NS: i64 = 10_000_000;
+const STEP_BACK_NS: Ns = Ns::from_ms(10);
 /// Files further apart than this, in ns, are no parts of one recording that goes on: nothing is known of the time between
 /// them, and they may have nothing to do with each other.
-const APART_NS: i64 = 3_600_000_000_000;
+const APART_NS: Ns = Ns::from_s(3600);
 
 /// A capture, of one file or several.
 #[derive(Debug)]
@@ -41,9 +42,9 @@ pub(super) struct Capture {
     /// The file of the frame at hand, where that was held back and another file may have its turn.
     of_held: Option<Origin>,
     /// Time of the first frame.
-    start_ns: Option<i64>,
+    start_ns: Option<Ns>,
     /// The date from which the capture's stamps count, where its first dated file has one.
-    pub(super) date_ns: Option<i64>,
+    pub(super) date_ns: Option<Ns>,
     /// Digits after the point of the last stamp.
     decimals: u8,
     /// Number of reports of the capturing program about itself.
@@ -109,7 +110,7 @@ impl Capture {
         let date_ns = self.date_ns.filter(|_| dated);
         View {
             buses,
-            clock: FilterClock { start_ns: self.start_ns.unwrap_or(0), date_ns: date_ns.unwrap_or(0) },
+            clock: FilterClock { start_ns: self.start_ns.unwrap_or(Ns::ZERO), date_ns: date_ns.unwrap_or(Ns::ZERO) },
             jsonl: jsonl::Setting {
                 lang: self.lang,
                 file,
@@ -122,7 +123,7 @@ impl Capture {
     }
 
     /// The time of its first frame, where one has come and has a stamp or counts from 0.
-    pub(super) fn start_ns(&self) -> Option<i64> {
+    pub(super) fn start_ns(&self) -> Option<Ns> {
         self.start_ns
     }
 
@@ -155,12 +156,12 @@ impl Capture {
         if self.file.frames == 1 {
             self.begins(frame);
         }
-        if self.file.shift_ns != 0 {
-            let shift = |ns: i64| ns.saturating_add(self.file.shift_ns);
+        if self.file.shift_ns != Ns::ZERO {
+            let shift = |ns: Ns| ns + self.file.shift_ns;
             frame.t_ns = frame.t_ns.map(shift);
             frame.stamp = frame.stamp.map(|stamp| Stamp { ns: shift(stamp.ns), ..stamp });
         }
-        self.start_ns.get_or_insert(frame.t_ns.unwrap_or(0));
+        self.start_ns.get_or_insert(frame.t_ns.unwrap_or(Ns::ZERO));
         self.before.take().is_some_and(|before| self.boundary(&before, frame))
     }
 
@@ -223,9 +224,9 @@ impl Capture {
         if self.file.dated || frame.t_ns.is_none_or(|t_ns| t_ns < ABSOLUTE_NS) {
             return;
         }
-        let date_ns = *self.date_ns.get_or_insert(0);
-        if date_ns != 0 {
-            self.file.shift_ns = date_ns.saturating_neg();
+        let date_ns = *self.date_ns.get_or_insert(Ns::ZERO);
+        if date_ns != Ns::ZERO {
+            self.file.shift_ns = -date_ns;
             self.file.dated = true;
         }
     }
@@ -234,8 +235,8 @@ impl Capture {
     /// that are far apart, as they may be no one capture. Whether its time cannot be compared with that of the one before.
     fn boundary(&mut self, before: &[u8], frame: &Frame) -> bool {
         let (Some(end_ns), Some(t_ns)) = (self.last.t_ns, frame.t_ns) else { return false };
-        let back_ns = end_ns.saturating_sub(t_ns);
-        if back_ns.saturating_abs() >= APART_NS {
+        let back_ns = end_ns - t_ns;
+        if back_ns.abs() >= APART_NS {
             if !std::mem::replace(&mut self.apart, true) {
                 self.complaints.push(complaints::far_apart(self.lang, &self.file.name, before, back_ns));
             }
@@ -244,13 +245,13 @@ impl Capture {
         if back_ns >= STEP_BACK_NS {
             self.complaints.push(complaints::step_back(self.lang, &self.file.name, before, back_ns));
         }
-        back_ns > 0
+        back_ns > Ns::ZERO
     }
 
     /// From here on the file's stamps count from this date.
-    pub(super) fn dated(&mut self, date_ns: i64) {
+    pub(super) fn dated(&mut self, date_ns: Ns) {
         self.file.last.clear();
-        self.file.shift_ns = date_ns.saturating_sub(*self.date_ns.get_or_insert(date_ns));
+        self.file.shift_ns = date_ns - *self.date_ns.get_or_insert(date_ns);
         self.file.dated = true;
     }
 

@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use crate::bytes::frame::{BusId, Buses, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Happened;
 use crate::evidence::services::Nature;
@@ -70,7 +71,7 @@ pub(super) struct Decoding {
     /// The nodes that had a frame, a bit each, by bus.
     seen: Vec<u128>,
     /// The stamps of the last frames that verdicts saw without, by their numbers.
-    stamps: VecDeque<(u64, Option<i64>)>,
+    stamps: VecDeque<(u64, Option<Ns>)>,
     /// True once a frame was judged at another place or time than its own in the capture.
     moves: bool,
     pub(super) extracted: Vec<Extracted>,
@@ -205,7 +206,7 @@ impl Decoding {
     }
 
     /// It is `now_ns`, and the recordings go on.
-    pub(super) fn pass(&mut self, now_ns: i64) {
+    pub(super) fn pass(&mut self, now_ns: Ns) {
         self.evidence.iter_mut().for_each(|evidence| evidence.recording.advance(now_ns));
     }
 
@@ -343,7 +344,7 @@ impl Decoding {
     }
 
     /// It is `now_ns` on the clock of the frames.
-    pub(super) fn advance(&mut self, now_ns: i64, last: FrameRef, buses: &Buses) {
+    pub(super) fn advance(&mut self, now_ns: Ns, last: FrameRef, buses: &Buses) {
         for index in 0..self.state.len() {
             let at = |recording: &Recording| recording.at(last);
             self.on_bus(BusId(index as u8), buses, at, |bus, cx| bus.advance(now_ns, cx));
@@ -389,7 +390,7 @@ impl Decoding {
     }
 
     /// The SYNC cycle that runs on a bus, 0 before the first, and the least synchronous window there, in ns.
-    pub(super) fn sync(&self, bus: BusId) -> (u64, Option<i64>) {
+    pub(super) fn sync(&self, bus: BusId) -> (u64, Option<Ns>) {
         self.state.get(usize::from(bus.0)).map_or((0, None), |bus| (bus.sync_cycle(), bus.sync_window_ns()))
     }
 

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use super::capture::Origin;
 use crate::bytes::frame::Frame;
+use crate::bytes::ns::Ns;
 use crate::world::event::Event;
 
 /// A frame with all that follows from it.
@@ -15,7 +16,7 @@ pub(super) struct JudgedFrame {
     pub(super) frame: Frame,
     pub(super) events: Vec<Event>,
     /// The SYNC cycle and window, as sinks take them.
-    pub(super) sync: (u64, Option<i64>),
+    pub(super) sync: (u64, Option<Ns>),
     /// Its file, where it was held back.
     pub(super) origin: Option<Origin>,
 }

@@ -32,6 +32,7 @@ use self::stream::Stream;
 use self::tally::Tally;
 use crate::bytes::frame::{BusId, Buses, Frame};
 use crate::bytes::inputs::{Inputs, Next, Refusal};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::{Damage, InputFormat as Input, Item, Reader, Settings};
 use crate::bytes::writers::{Loss, Writer};
 use crate::evidence::order::Order;
@@ -269,7 +270,7 @@ impl Session {
 
     /// It is `now_ns` on the clock of the frames' stamps, though no frame has come: what should have happened by now
     /// and has not. For live sources; a file's frames say the time themselves.
-    pub fn advance(&mut self, now_ns: i64, out: &mut Vec<u8>) {
+    pub fn advance(&mut self, now_ns: Ns, out: &mut Vec<u8>) {
         self.stream.advance(now_ns, &self.buses, out);
     }
 
@@ -379,8 +380,8 @@ impl Session {
     }
 
     /// The date from which relative stamps count, in ns since 1970, where a file so far has one.
-    pub fn date_ns(&self) -> Option<i64> {
-        self.stream.capture.date_ns.filter(|date_ns| *date_ns != 0)
+    pub fn date_ns(&self) -> Option<Ns> {
+        self.stream.capture.date_ns.filter(|date_ns| *date_ns != Ns::ZERO)
     }
 
     /// Frames so far: those that all files have given, those that were found in the file that was fed last.

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use crate::bytes::masks::Masks;
+use crate::bytes::ns::Ns;
 use crate::bytes::readers;
 use crate::bytes::select::Select;
 use crate::bytes::writers;
@@ -217,7 +218,7 @@ pub struct Scope {
     /// Maximum number of frames (or transfers) shown; the capture ends behind the last of them.
     pub limit: Option<u64>,
     /// Time in ns since the first frame with which the capture ends.
-    pub until_ns: Option<i64>,
+    pub until_ns: Option<Ns>,
 }
 
 /// The outputs of a session and their look.

@@ -16,6 +16,7 @@ use super::sink::{Notice, Passing, Sink};
 use super::stream::Stream;
 use super::subject::service;
 use crate::bytes::frame::{Buses, Frame};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::{Item, Marker, Reader};
 use crate::bytes::writers;
 use crate::rules::finding::Finding;
@@ -205,7 +206,7 @@ struct Setting {
     decimals: u8,
     moments: Clocked,
     clock: FilterClock,
-    date_ns: Option<i64>,
+    date_ns: Option<Ns>,
 }
 
 impl Setting {

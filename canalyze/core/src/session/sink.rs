@@ -9,6 +9,7 @@ use super::capture::View;
 use super::subject::said_of;
 use crate::bytes::frame::{BusId, Frame};
 use crate::bytes::info::Info;
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::Marker;
 use crate::bytes::writers::Writer;
 use crate::problems::problem::ProblemId;
@@ -58,7 +59,7 @@ pub(super) struct Passing<'a> {
     /// True if it passes the filters.
     pub(super) shown: bool,
     /// The current SYNC cycle of its bus, 0 before the first, and the shortest synchronous window there, in ns.
-    pub(super) sync: (u64, Option<i64>),
+    pub(super) sync: (u64, Option<Ns>),
 }
 
 /// Everything that happens beside frames.
@@ -83,9 +84,9 @@ pub(super) enum Notice<'a> {
     /// A bus is away for a while.
     Gap(BusId, bool),
     /// The clock of the frames shows this time, in ns.
-    Advance(i64),
+    Advance(Ns),
     /// Live buses have delivered everything until this time, in ns.
-    Until(i64),
+    Until(Ns),
     /// The end of a file that had frames, with the number of its unreadable lines or records.
     EndOfFile(u64),
     /// A problem has changed.

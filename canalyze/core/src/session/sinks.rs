@@ -18,6 +18,7 @@ use super::sink::{
 use super::subject::{self, Seen, said_of, service};
 use crate::bytes::frame::Frame;
 use crate::bytes::info::Info;
+use crate::bytes::ns::Ns;
 use crate::bytes::writers::Writer;
 use crate::rules::finding::Finding;
 use crate::tables::columns::Columns;
@@ -162,9 +163,9 @@ impl Sinks {
     }
 
     /// Returns true if the capture, which began at `start_ns`, ends before a frame of this time.
-    pub(super) fn ends_before(&mut self, t_ns: Option<i64>, start_ns: Option<i64>) -> bool {
+    pub(super) fn ends_before(&mut self, t_ns: Option<Ns>, start_ns: Option<Ns>) -> bool {
         self.timeless &= t_ns.is_none();
-        let since = || Some(t_ns?.saturating_sub(start_ns?));
+        let since = || Some(t_ns? - start_ns?);
         self.over |= self.scope.until_ns.is_some_and(|until_ns| since().is_some_and(|since| since > until_ns));
         self.over
     }
@@ -216,7 +217,7 @@ impl Sinks {
         view: View<'_>,
         frame: &Frame,
         events: &mut Vec<Event>,
-        sync: (u64, Option<i64>),
+        sync: (u64, Option<Ns>),
     ) {
         let (passing, mut out) = (self.passing(view, frame, events, sync), Vec::new());
         self.group(BESIDE).for_each(|sink| sink.frame(&mut out, view, passing, events));
@@ -263,7 +264,7 @@ impl Sinks {
     }
 
     /// Returns a frame with the result of the filters.
-    fn passing<'a>(&self, view: View<'_>, frame: &'a Frame, events: &[Event], sync: (u64, Option<i64>)) -> Passing<'a> {
+    fn passing<'a>(&self, view: View<'_>, frame: &'a Frame, events: &[Event], sync: (u64, Option<Ns>)) -> Passing<'a> {
         let (Scope { filter, masks, .. }, seen) =
             (&self.scope, Seen { lang: view.jsonl.lang, frame, events, further: None });
         let shown = filter.shows(frame, &seen, view.buses, view.clock) && masks.shows(frame, view.buses);

@@ -11,6 +11,7 @@ use super::sinks::Sinks;
 use super::tally::Tally;
 use crate::bytes::frame::{BusId, Buses, Frame, FrameRef};
 use crate::bytes::info::Info;
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::{Contents, Damage, Item, Marker};
 use crate::evidence::When;
 use crate::evidence::order::Order;
@@ -201,7 +202,7 @@ impl Stream {
                 self.decoding.find(judged, Cap007::Silent { silence: apart }.into(), Some(before));
             }
             if stepped {
-                self.decoding.find(judged, Cap006::Back { back: apart.saturating_neg() }.into(), Some(before));
+                self.decoding.find(judged, Cap006::Back { back: -apart }.into(), Some(before));
             }
         }
         if let Some((missing, due)) = self.decoding.losses_shown_at(frame) {
@@ -231,7 +232,7 @@ impl Stream {
 
     /// Writes a frame with its events.
     #[inline(always)]
-    fn write(&mut self, frame: &Frame, sync: (u64, Option<i64>), buses: &Buses, out: &mut Vec<u8>) {
+    fn write(&mut self, frame: &Frame, sync: (u64, Option<Ns>), buses: &Buses, out: &mut Vec<u8>) {
         self.decoding.restore();
         if self.sinks.has_beside() {
             self.sinks.frame_beside(self.capture.view(buses), frame, &mut self.decoding.events, sync);
@@ -286,7 +287,7 @@ impl Stream {
     }
 
     /// Live buses have given all until `now_ns`.
-    pub(super) fn until(&mut self, now_ns: i64, buses: &Buses, out: &mut Vec<u8>) {
+    pub(super) fn until(&mut self, now_ns: Ns, buses: &Buses, out: &mut Vec<u8>) {
         self.arrange(true, buses, out);
         self.advance(now_ns, buses, out);
         self.sinks.take(out, self.capture.view(buses), Notice::Until(now_ns));
@@ -318,7 +319,7 @@ impl Stream {
         self.report(finding.as_ref(), buses, out);
     }
 
-    pub(super) fn advance(&mut self, now_ns: i64, buses: &Buses, out: &mut Vec<u8>) {
+    pub(super) fn advance(&mut self, now_ns: Ns, buses: &Buses, out: &mut Vec<u8>) {
         if self.sinks.is_done() {
             return;
         }

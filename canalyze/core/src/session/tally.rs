@@ -5,6 +5,7 @@
 use std::iter;
 
 use crate::bytes::frame::{BusId, Buses, Frame, Kind, MAX_BUSES};
+use crate::bytes::ns::Ns;
 use crate::rules::finding::{Finding, Severity};
 use crate::sdo::transfer::Status;
 use crate::tables::jsonl::obj::{WriteJson, array, obj};
@@ -136,7 +137,7 @@ impl Tally {
     }
 
     /// Appends a JSON list of nodes that were heard or that have findings.
-    pub(super) fn nodes(&self, out: &mut Vec<u8>, lang: Lang, known: &[Bus], (buses, now_ns): (&Buses, Option<i64>)) {
+    pub(super) fn nodes(&self, out: &mut Vec<u8>, lang: Lang, known: &[Bus], (buses, now_ns): (&Buses, Option<Ns>)) {
         let all = buses.names().enumerate().zip(&self.buses);
         array(all.flat_map(|((index, name), counted)| {
             let bus = known.get(index);

@@ -9,6 +9,7 @@ use super::Mistake;
 use super::schema::{FoundKeys, Schema, SchemaKey, ValueForm, at, key, needed, no_table, row, tables, unknown};
 use super::toml::parse;
 use super::value::{TomlTable, Value};
+use crate::bytes::ns::Ns;
 use crate::rules::SEVERITIES;
 
 const TOP: [SchemaKey; 3] = [
@@ -75,11 +76,11 @@ pub struct Config {
     /// SDO channels.
     pub sdos: Vec<SdoIds>,
     /// 1006h and 1007h, above zero.
-    pub sync_period_ns: Option<i64>,
+    pub sync_period_ns: Option<Ns>,
     /// 1007h.
-    pub sync_window_ns: Option<i64>,
+    pub sync_window_ns: Option<Ns>,
     /// Tolerance for errors of timestamps.
-    pub jitter_ns: Option<i64>,
+    pub jitter_ns: Option<Ns>,
     /// In bit/s.
     pub bit_rate: Option<u32>,
     /// The table `[check]`, if there is one.
@@ -181,7 +182,7 @@ pub fn settings(content: &[u8], file: &str) -> Result<Config, Mistake> {
         Some(table) => FoundKeys::read(file, "sync", table, &SYNC, &[])?.keys,
         None => Vec::new(),
     };
-    let sync = |key: &str| sync.iter().find(|(name, _)| *name == key).and_then(|(_, ns)| ns.as_i64());
+    let sync = |key: &str| sync.iter().find(|(name, _)| *name == key).and_then(|(_, ns)| ns.as_i64()).map(Ns);
     let entries = |name, keys| -> Result<Vec<Json>, Mistake> {
         let given = tables(file, &root, name, name)?;
         given.into_iter().map(|table| Ok(FoundKeys::read(file, name, table, keys, &[])?.into_json())).collect()
@@ -204,7 +205,7 @@ pub fn settings(content: &[u8], file: &str) -> Result<Config, Mistake> {
         sdos,
         sync_period_ns: sync("period_us"),
         sync_window_ns: sync("window_us"),
-        jitter_ns: top.get("jitter_us").and_then(Json::as_i64),
+        jitter_ns: top.get("jitter_us").and_then(Json::as_i64).map(Ns),
         bit_rate: top.get("bitrate").and_then(Json::as_u64).and_then(|rate| u32::try_from(rate).ok()),
         check: check(&root, file)?,
     })

@@ -5,6 +5,7 @@
 use proptest::prelude::*;
 
 use super::{Mistake, expectations, schemas, settings};
+use crate::bytes::ns::Ns;
 use crate::views::expectation::Expectations;
 
 /// Parts of files, valid or not.
@@ -152,7 +153,7 @@ fn every_table_is_read() {
     );
     let read = settings(configured.as_bytes(), "f").unwrap();
     let check = read.check.unwrap();
-    assert_eq!((read.sync_period_ns, read.bit_rate, read.lang.as_deref()), (Some(500), Some(125_000), Some("zh")));
+    assert_eq!((read.sync_period_ns, read.bit_rate, read.lang.as_deref()), (Some(Ns(500)), Some(125_000), Some("zh")));
     assert_eq!((&read.descriptions[0].nodes[..], read.cobs[0].pdo), (&[1, 2, 3][..], (false, 2)));
     assert_eq!((read.sdos[0].client, read.sdos[0].server), ((0x640, false), (0x5C0, true)));
     assert_eq!((check.select, check.at), (vec!["SDO".into(), "HBT".into()], ("f:17".into(), "f:16".into())));

@@ -3,6 +3,7 @@
 //! Must not: know a record.
 
 use crate::bytes::frame::{BusId, Buses, Stamp, StampForm};
+use crate::bytes::ns::Ns;
 use crate::bytes::writers::console;
 use crate::views::lines::Clocked;
 use crate::words::digits::{fraction, put};
@@ -28,7 +29,7 @@ pub struct Setting<'a> {
 
 impl<'a> Setting<'a> {
     /// Appends a moment in the form that is asked for, or null.
-    pub(in crate::tables) fn moment(&self, out: &mut Vec<u8>, t_ns: Option<i64>) {
+    pub(in crate::tables) fn moment(&self, out: &mut Vec<u8>, t_ns: Option<Ns>) {
         match t_ns.and_then(|t_ns| self.clock.moment(t_ns)) {
             Some((ns, StampForm::Calendar)) => {
                 put!(out; "\"");
@@ -46,10 +47,10 @@ impl<'a> Setting<'a> {
 }
 
 /// Appends seconds as a decimal string, or null.
-pub(in crate::tables) fn seconds(out: &mut Vec<u8>, ns: Option<i64>, decimals: u8) {
+pub(in crate::tables) fn seconds(out: &mut Vec<u8>, ns: Option<Ns>, decimals: u8) {
     let Some(ns) = ns else { return put!(out; "null") };
-    put!(out; if ns < 0 { "\"-" } else { "\"" });
-    let ns = ns.unsigned_abs();
+    put!(out; if ns < Ns::ZERO { "\"-" } else { "\"" });
+    let ns = ns.as_ns().unsigned_abs();
     put!(out; ns / 1_000_000_000);
     fraction(out, (ns % 1_000_000_000) as u32, decimals);
     put!(out; "\"");

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::open::{TransferKey, UsdoPhase};
 use super::responses::wrong_counter;
 use super::sessions::Usdo;
+use crate::bytes::ns::Ns;
 use crate::evidence::When;
 use crate::rules::finding::Code;
 use crate::rules::sdo::{Sdo006, Sdo017, Sdo020};
@@ -162,7 +163,7 @@ impl Usdo {
     }
 
     /// Reports requests without response at `now_ns`.
-    pub fn rest(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+    pub fn rest(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
         if !self.servers.may_be_due(now_ns) {
             return;
         }

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::evidence::{Rules, When};
 use crate::rules::finding::{Finding, Verdict};
 use crate::rules::sdo::{Sdo002, Sdo018, Sdo020, Sdo031};
@@ -34,7 +35,7 @@ struct Server {
     /// The last initiate request, and the number of those sooner than a client gives up.
     last: Option<(Option<Mux>, FrameRef)>,
     went_on: u64,
-    slowest_ns: i64,
+    slowest_ns: Ns,
     /// The first missing response since the server was heard.
     mute: Option<FrameRef>,
     /// Refused writes that were not repeated successfully.
@@ -52,9 +53,9 @@ impl Server {
 pub(super) struct Servers {
     all: BTreeMap<u8, Server>,
     /// The time of the oldest request without response, in ns.
-    waits_ns: Option<i64>,
+    waits_ns: Option<Ns>,
     /// Time of the first frame, or of the first after lost frames, in ns.
-    began_ns: Option<i64>,
+    began_ns: Option<Ns>,
 }
 
 impl Servers {
@@ -93,7 +94,8 @@ impl Servers {
     pub(super) fn asked(&mut self, server: u8, mux: Option<Mux>, at: FrameRef) {
         let one = self.all.entry(server).or_default();
         let before = one.last.replace((mux, at));
-        let soon = |before: FrameRef| at.since(before).is_none_or(|apart| (0..SHORTEST_TIMEOUT_NS).contains(&apart));
+        let soon =
+            |before: FrameRef| at.since(before).is_none_or(|apart| (Ns::ZERO..SHORTEST_TIMEOUT_NS).contains(&apart));
         one.went_on += u64::from(before.is_some_and(|(other, before)| other != mux && soon(before)));
         self.waits_ns = [self.waits_ns, at.t_ns].into_iter().flatten().min();
     }
@@ -106,7 +108,7 @@ impl Servers {
     /// Returns true if the client goes on so soon after a request that it had its response: within the server's usual
     /// time.
     pub(super) fn goes_on(&self, server: u8, asked: When, cx: &Context<'_>) -> bool {
-        let slowest = self.all.get(&server).map_or(0, |one| one.slowest_ns);
+        let slowest = self.all.get(&server).map_or(Ns::ZERO, |one| one.slowest_ns);
         let waited = cx.evidence.recording.between(asked, cx.when);
         waited.is_some_and(|waited| waited < SHORTEST_TIMEOUT_NS && waited / PROMPT <= slowest)
     }
@@ -138,7 +140,7 @@ impl Servers {
     /// Reports a response whose request is not in the capture, unless the capture had just begun; returns true if it is
     /// reported.
     pub(super) fn find_lost_request(&mut self, server: u8, object: Option<Mux>, cx: &mut Context<'_>) -> bool {
-        let heard_ns = cx.at.t_ns.zip(self.began_ns).map_or(0, |(now, began)| now.saturating_sub(began));
+        let heard_ns = cx.at.t_ns.zip(self.began_ns).map_or(Ns::ZERO, |(now, began)| now - began);
         let reported = self.is_known(server) && is_whole(heard_ns);
         if reported {
             self.report(Sdo002::NoRequest.into(), server, object, (cx.at, None), cx);
@@ -204,12 +206,12 @@ impl Servers {
     }
 
     /// Returns true if a request may be overdue at `now_ns`.
-    pub(super) fn may_be_due(&self, now_ns: i64) -> bool {
-        self.waits_ns.is_some_and(|waits| now_ns > waits.saturating_add(SILENT_NS))
+    pub(super) fn may_be_due(&self, now_ns: Ns) -> bool {
+        self.waits_ns.is_some_and(|waits| now_ns > waits + SILENT_NS)
     }
 
     /// Takes the time of the oldest request without response, in ns.
-    pub(super) fn wait_from(&mut self, waits_ns: Option<i64>) {
+    pub(super) fn wait_from(&mut self, waits_ns: Option<Ns>) {
         self.waits_ns = waits_ns;
     }
 
@@ -224,7 +226,7 @@ impl Servers {
         server: u8,
         object: Option<Mux>,
         asked: When,
-        now_ns: i64,
+        now_ns: Ns,
         cx: &mut Context<'_>,
     ) -> bool {
         if !self.is_awaited(server, object) {
@@ -234,9 +236,9 @@ impl Servers {
         // At the end of a silence of the whole bus, a paused recorder may release its frames now.
         let heard = cx.at.t_ns == Some(now_ns);
         let silence = cx.evidence.recording.silence(now_ns).filter(|silence| heard && silence.to_ns > since_ns);
-        let paused_ns = silence.map_or(0, |silence| silence.to_ns.saturating_sub(silence.from_ns.max(since_ns)));
+        let paused_ns = silence.map_or(Ns::ZERO, |silence| silence.to_ns - silence.from_ns.max(since_ns));
         let now = cx.clock(now_ns);
-        cx.evidence.recording.certainly_later(now, asked, SILENT_NS.saturating_add(paused_ns))
+        cx.evidence.recording.certainly_later(now, asked, SILENT_NS + paused_ns)
     }
 
     /// Returns true if a request at the end of the capture has waited too long for its response.
@@ -295,7 +297,7 @@ impl Servers {
     /// Reports servers that have never responded, and refused writes, at the end of the capture.
     pub(super) fn finish(&mut self, cx: &mut Context<'_>) {
         let one_sided = self.one_sided();
-        let age = |from: FrameRef| cx.at.since(from).unwrap_or(0);
+        let age = |from: FrameRef| cx.at.since(from).unwrap_or(Ns::ZERO);
         let mut found = Vec::new();
         for (server, one) in &mut self.all {
             let waited = one.first.is_some_and(|first| age(first) > UNANSWERED_NS);

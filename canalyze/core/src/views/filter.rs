@@ -4,6 +4,7 @@
 //! "or"; in double quotes both are plain characters. A filter only compares what is already decoded.
 
 use crate::bytes::frame::{Buses, CanId, Frame, Kind};
+use crate::bytes::ns::Ns;
 use crate::rules::finding::{Finding, Severity};
 use crate::rules::{RULES, SEVERITIES};
 use crate::sdo::transfer::Transfer;
@@ -30,7 +31,7 @@ pub const SERVICES: &[&str] = &[
 ];
 
 /// Lower limit of absolute stamps, in ns (1973); smaller ones count from the start of a capture.
-const EPOCH_NS: i64 = 100_000_000_000_000_000;
+const EPOCH_NS: Ns = Ns::from_s(100000000);
 /// Base identifiers of the default SDO channels; the server's node-ID is added.
 const SDO_REQUEST: u32 = 0x600;
 const SDO_RESPONSE: u32 = 0x580;
@@ -47,9 +48,9 @@ pub struct Filter {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FilterClock {
     /// Time of the first frame of the capture.
-    pub start_ns: i64,
+    pub start_ns: Ns,
     /// The date from which stamps count; 0 if they are absolute or no date is known.
-    pub date_ns: i64,
+    pub date_ns: Ns,
 }
 
 /// The decoded facts about a frame that a filter can ask for.
@@ -71,7 +72,7 @@ enum Clause {
     Id(Vec<(u32, u32)>),
     Bus(Vec<String>),
     /// Spans in ns, both ends inclusive.
-    Time(Vec<(i64, i64)>),
+    Time(Vec<(Ns, Ns)>),
     /// Frame numbers in the capture, from 1.
     Number(Vec<(u32, u32)>),
     /// Indexes with the sub-index in the lowest byte.
@@ -318,13 +319,13 @@ fn holds(texts: &[String], annotation: &dyn Fn(&mut Vec<u8>)) -> bool {
 
 /// Returns true if a span overlaps the time from `first` to `last`. Small numbers count from the first frame of the
 /// capture.
-fn overlaps((from, to): (i64, i64), first: i64, last: i64, clock: FilterClock) -> bool {
-    let counts_from_start = |end: i64| end == i64::MIN || end == i64::MAX || end < EPOCH_NS;
+fn overlaps((from, to): (Ns, Ns), first: Ns, last: Ns, clock: FilterClock) -> bool {
+    let counts_from_start = |end: Ns| end == Ns::MIN || end == Ns::MAX || end < EPOCH_NS;
     let origin = match counts_from_start(from) && counts_from_start(to) {
         true => clock.start_ns,
-        false => clock.date_ns.saturating_neg(),
+        false => -clock.date_ns,
     };
-    from <= last.saturating_sub(origin) && first.saturating_sub(origin) <= to
+    from <= last - origin && first - origin <= to
 }
 
 fn within(ranges: &[(u32, u32)], value: u32) -> bool {
@@ -373,21 +374,21 @@ fn objects(text: &str) -> Option<(u32, u32)> {
 }
 
 /// Parses `1.0..2.5`, `1.0..` or `..2.5`, in seconds.
-fn span(text: &str) -> Option<(i64, i64)> {
+fn span(text: &str) -> Option<(Ns, Ns)> {
     let (from, to) = text.split_once("..")?;
-    let from = if from.is_empty() { i64::MIN } else { nanoseconds(from)? };
-    let to = if to.is_empty() { i64::MAX } else { nanoseconds(to)? };
+    let from = if from.is_empty() { Ns::MIN } else { nanoseconds(from)? };
+    let to = if to.is_empty() { Ns::MAX } else { nanoseconds(to)? };
     (from <= to).then_some((from, to))
 }
 
-fn nanoseconds(text: &str) -> Option<i64> {
+fn nanoseconds(text: &str) -> Option<Ns> {
     let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
     let digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
     if whole.is_empty() || !digits(whole) || !digits(fraction) || fraction.len() > 9 {
         return None;
     }
     let fraction: i64 = format!("{fraction:0<9}").parse().ok()?;
-    whole.parse::<i64>().ok()?.checked_mul(1_000_000_000)?.checked_add(fraction)
+    whole.parse::<i64>().ok()?.checked_mul(1_000_000_000)?.checked_add(fraction).map(Ns)
 }
 
 #[cfg(test)]
@@ -424,7 +425,7 @@ mod tests {
         let mut buses = Buses::default();
         let mut frame = Frame::classic(CanId::standard(0x185), &[0; 8]);
         frame.bus = buses.intern(b"can1");
-        frame.t_ns = Some(2_500_000_000);
+        frame.t_ns = Some(Ns(2_500_000_000));
         frame.no = 12;
         let shows = |text: &str| Filter::parse(text).unwrap().shows(&frame, &SUBJECT, &buses, FilterClock::default());
         for yes in [
@@ -486,15 +487,15 @@ mod tests {
         const DATE: i64 = 1_700_000_000_000_000_000;
         let buses = Buses::default();
         let mut frame = Frame::classic(CanId::standard(0x185), &[0; 8]);
-        frame.t_ns = Some(2_500_000_000);
+        frame.t_ns = Some(Ns(2_500_000_000));
         let shows = |text: &str, date_ns| {
-            let clock = FilterClock { start_ns: 1_000_000_000, date_ns };
+            let clock = FilterClock { start_ns: Ns(1_000_000_000), date_ns };
             Filter::parse(text).unwrap().shows(&frame, &SUBJECT, &buses, clock)
         };
         for yes in ["t=1700000002..1700000003", "t=1700000002.5..", "t=1.5..1.5"] {
-            assert!(shows(yes, DATE), "{yes}");
+            assert!(shows(yes, Ns(DATE)), "{yes}");
         }
-        assert!(!shows("t=1700000003..", DATE) && !shows("t=1700000002..", 0) && !shows("t=2..3", DATE));
+        assert!(!shows("t=1700000003..", Ns(DATE)) && !shows("t=1700000002..", Ns::ZERO) && !shows("t=2..3", Ns(DATE)));
     }
 
     #[test]

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use super::colour;
 use crate::bytes::frame::{Buses, Frame, Kind, Stamp, StampForm};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::Marker;
 use crate::bytes::writers::console::{ConsoleColumns, dropped, left_out, length};
 use crate::rules::finding::{Code, Severity};
@@ -45,19 +46,19 @@ pub struct Clocked {
     /// The form; unchanged by default.
     pub time: Option<Time>,
     /// The stamp of the capture's first frame.
-    pub start_ns: Option<i64>,
+    pub start_ns: Option<Ns>,
     /// The date that stamps count from, where one is known.
-    pub date_ns: Option<i64>,
+    pub date_ns: Option<Ns>,
 }
 
 impl Clocked {
     /// A moment in this form, and whether it is a date; `None` where none is shown. Differences are not known here.
-    pub fn moment(self, t_ns: i64) -> Option<(i64, StampForm)> {
+    pub fn moment(self, t_ns: Ns) -> Option<(Ns, StampForm)> {
         match self.time {
             Some(Time::None) => None,
-            Some(Time::Zero) => Some((t_ns.saturating_sub(self.start_ns.unwrap_or(t_ns)), StampForm::Seconds)),
-            Some(Time::Absolute) => Some((t_ns.saturating_add(self.date_ns.unwrap_or(0)), StampForm::Seconds)),
-            Some(Time::Date) => Some((t_ns.saturating_add(self.date_ns.unwrap_or(0)), StampForm::Calendar)),
+            Some(Time::Zero) => Some((t_ns - self.start_ns.unwrap_or(t_ns), StampForm::Seconds)),
+            Some(Time::Absolute) => Some((t_ns + self.date_ns.unwrap_or(Ns::ZERO), StampForm::Seconds)),
+            Some(Time::Date) => Some((t_ns + self.date_ns.unwrap_or(Ns::ZERO), StampForm::Calendar)),
             Some(Time::Delta) | None => Some((t_ns, StampForm::Seconds)),
         }
     }
@@ -81,7 +82,7 @@ pub struct Lines {
     columns: ConsoleColumns,
     /// The form of the next frames' stamps.
     pub clock: Clocked,
-    last_ns: Option<i64>,
+    last_ns: Option<Ns>,
     /// Consequences are told at the end, by their causes; `None`: each has a line of its own.
     folded: Option<Consequences>,
 }
@@ -333,7 +334,7 @@ impl Lines {
         let now = frame.t_ns.unwrap_or(stamp.ns);
         let last = self.last_ns.replace(now).unwrap_or(now);
         let (ns, form) = match time {
-            Time::Delta => (now.saturating_sub(last), StampForm::Seconds),
+            Time::Delta => (now - last, StampForm::Seconds),
             _ => self.clock.moment(now)?,
         };
         Some(Stamp { form, ns, width: 3, decimals: stamp.decimals })

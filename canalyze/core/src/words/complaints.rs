@@ -6,6 +6,7 @@
 use super::digits::put;
 use super::{Lang, escape, findings, losses, say};
 use crate::bytes::frame::MAX_BUSES;
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::{FilePlace, Unreadable};
 use crate::bytes::writers::loss::Loss;
 use crate::rules::finding::Finding;
@@ -185,10 +186,10 @@ pub fn swapped(lang: Lang, file: &[u8]) -> String {
 }
 
 /// A file that continues another one begins before its end, by `back_ns`.
-pub fn step_back(lang: Lang, file: &[u8], before: &[u8], back_ns: i64) -> String {
+pub fn step_back(lang: Lang, file: &[u8], before: &[u8], back_ns: Ns) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
-    let (seconds, ms) = (back_ns / 1_000_000_000, back_ns / 1_000_000 % 1000);
+    let (seconds, ms) = (back_ns.as_ns() / 1_000_000_000, back_ns.as_ns() / 1_000_000 % 1000);
     let back = format!("{seconds}.{ms:03}");
     let before = |out: &mut Vec<u8>| escape::terminal(out, before);
     say!(&mut out, lang;
@@ -200,14 +201,14 @@ pub fn step_back(lang: Lang, file: &[u8], before: &[u8], back_ns: i64) -> String
 }
 
 /// The first frame of a file is far from the last one of the previous file: `back_ns` before it.
-pub fn far_apart(lang: Lang, file: &[u8], before: &[u8], back_ns: i64) -> String {
+pub fn far_apart(lang: Lang, file: &[u8], before: &[u8], back_ns: Ns) -> String {
     const HOUR_NS: u64 = 3_600_000_000_000;
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
-    let hours = back_ns.unsigned_abs() / HOUR_NS;
+    let hours = back_ns.as_ns().unsigned_abs() / HOUR_NS;
     let (count, unit) = if hours < 48 { (hours, " h") } else { (hours / 24, lang.pick(" 天", " days")) };
     let before = |out: &mut Vec<u8>| escape::terminal(out, before);
-    let early = back_ns > 0;
+    let early = back_ns > Ns::ZERO;
     say!(&mut out, lang;
         zh: ": 第一帧比 ", before, " 的最后一帧", if early { "早 " } else { "晚 " }, count, unit,
             "; 所有文件按给出的顺序作为一个记录读取。若互不相关, 请逐个文件读取, 或用 canalyze check (逐个文件判断)",

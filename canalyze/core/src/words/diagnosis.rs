@@ -7,6 +7,7 @@ use super::sentence::{fill, print};
 use super::terms::Row;
 use super::{Lang, escape, terms};
 use crate::bytes::frame::Buses;
+use crate::bytes::ns::Ns;
 use crate::evidence::services::Nature;
 use crate::problems::problem::{Problem, Status};
 use crate::problems::{Diagnosis, NodeView, advice, apart};
@@ -22,12 +23,12 @@ static CAUSES: &[Row<u8>] = words!("causes");
 static DEVICES: &[Row<u16>] = words!("devices");
 
 /// A capture shorter than this shows no heartbeat that stays away, in ns.
-const SHORT_NS: i64 = 2_000_000_000;
+const SHORT_NS: Ns = Ns::from_s(2);
 /// Maximum number of rules that are named whose findings belong to no problem.
 const LOOSE: usize = 3;
 /// From this time on a delay is given in seconds, in ns: with two digits, or with three significant ones.
 const SECONDS_NS: u64 = 2_000_000_000;
-const SECOND_NS: i64 = 1_000_000_000;
+const SECOND_NS: Ns = Ns::from_s(1);
 /// Advice that repeats what tells causes apart.
 const APART: [&str; 4] = ["no-sign", "berr-reporting", "cable-only", "wiring"];
 
@@ -103,14 +104,14 @@ pub fn extent<'a>(out: &mut Vec<u8>, lang: Lang, buses: impl Iterator<Item = &'a
 }
 
 /// Returns the time of a capture with usable stamps, in ns.
-fn span_ns(diagnosis: &Diagnosis) -> Option<i64> {
+fn span_ns(diagnosis: &Diagnosis) -> Option<Ns> {
     let (frames, first, last) = diagnosis.extent();
     last.since(first).filter(|_| frames > 0)
 }
 
 /// Appends a time in seconds with one digit after the point.
-fn tenths(out: &mut Vec<u8>, ns: i64) {
-    put!(out; format!("{:.1} s", ns as f64 / 1e9).as_str());
+fn tenths(out: &mut Vec<u8>, ns: Ns) {
+    put!(out; format!("{:.1} s", ns.as_ns() as f64 / 1e9).as_str());
 }
 
 /// Appends what could not be judged, if something could not.
@@ -166,7 +167,7 @@ pub fn well(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis) {
         let words =
             lang.pick("默认SDO上{count}个响应, 最慢", "{count|response|responses} on default SDOs, the slowest after ");
         counted(out, lang, words, responses);
-        significant(out, slowest_ns as f64 / 1e6);
+        significant(out, slowest_ns.as_ns() as f64 / 1e6);
         put!(out; " ms");
     }
 }
@@ -277,20 +278,20 @@ pub fn why(out: &mut Vec<u8>, lang: Lang, one: &Problem) {
 /// Appends the time from the cause of a problem to it, with the limit for that: `+707 ms (1016h 700 ms)`.
 pub fn delay(out: &mut Vec<u8>, diagnosis: &Diagnosis, one: &Problem) {
     let Some(cause) = one.cause.and_then(|link| diagnosis.ledger().by_id(link.cause)) else { return };
-    let delay_ns = listed_ns(one).zip(listed_ns(cause)).map_or(0, |(then, began)| then.saturating_sub(began));
-    if delay_ns != 0 {
-        put!(out; if delay_ns < 0 { "-" } else { "+" });
-        read(out, delay_ns.unsigned_abs());
+    let delay_ns = listed_ns(one).zip(listed_ns(cause)).map_or(Ns::ZERO, |(then, began)| then - began);
+    if delay_ns != Ns::ZERO {
+        put!(out; if delay_ns < Ns::ZERO { "-" } else { "+" });
+        read(out, delay_ns.as_ns().unsigned_abs());
         if let Some((object, limit_ns)) = one.limit(cause) {
             put!(out; " (", Hex::<4>(u64::from(object)), "h ");
-            read(out, limit_ns.unsigned_abs());
+            read(out, limit_ns.as_ns().unsigned_abs());
             put!(out; ")");
         }
     }
 }
 
 /// Returns the stamp of the beginning of a problem.
-fn listed_ns(one: &Problem) -> Option<i64> {
+fn listed_ns(one: &Problem) -> Option<Ns> {
     one.begin.listed().t_ns
 }
 
@@ -313,13 +314,13 @@ pub fn after(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, one: &Problem
     else {
         return;
     };
-    let delay_ns = then.saturating_sub(began);
+    let delay_ns = then - began;
     put!(out; ", ");
     if delay_ns >= SECOND_NS {
-        significant(out, delay_ns as f64 / 1e9);
+        significant(out, delay_ns.as_ns() as f64 / 1e9);
         put!(out; lang.pick(" s后", " s later"));
     } else {
-        put!(out; format!("{:.0}", delay_ns as f64 / 1e6).as_str(), lang.pick(" ms后", " ms later"));
+        put!(out; format!("{:.0}", delay_ns.as_ns() as f64 / 1e6).as_str(), lang.pick(" ms后", " ms later"));
     }
 }
 
@@ -329,9 +330,9 @@ pub fn repeats(out: &mut Vec<u8>, lang: Lang, one: &Problem) {
         return;
     }
     counted(out, lang, lang.pick("共{count}次", "{count|time|times}"), one.repeats.count);
-    if one.repeats.longest_ns > 0 {
+    if one.repeats.longest_ns > Ns::ZERO {
         put!(out; lang.pick(", 最长", ", at most "));
-        read(out, one.repeats.longest_ns.unsigned_abs());
+        read(out, one.repeats.longest_ns.as_ns().unsigned_abs());
     }
 }
 

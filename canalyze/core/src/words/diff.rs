@@ -8,6 +8,7 @@ use super::object::pdo_of;
 use super::value::{self, Size};
 use super::{Lang, escape, findings, say, terms};
 use crate::bytes::frame::{CanId, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::problems::problem::{Problem, Status as Standing};
 use crate::sdo::transfer::{Direction, Mode, Status};
 use crate::sdo::wire::{Mux, Side as Sender};
@@ -243,8 +244,8 @@ fn identifier(out: &mut Vec<u8>, id: CanId) {
 }
 
 /// Appends a time in ms, with up to three digits behind the point.
-fn time(out: &mut Vec<u8>, ns: i64) {
-    let us = ns.unsigned_abs() / 1000;
+fn time(out: &mut Vec<u8>, ns: Ns) {
+    let us = ns.as_ns().unsigned_abs() / 1000;
     put!(out; us / 1000);
     if !us.is_multiple_of(1000) {
         put!(out; ".", Padded::<3>(us % 1000));

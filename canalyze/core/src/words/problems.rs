@@ -2,6 +2,7 @@
 
 use super::digits::put;
 use super::{Lang, object, sentence};
+use crate::bytes::ns::Ns;
 use crate::problems::problem::{Grade, Problem, ProblemId, members};
 use crate::problems::rank::is_root;
 use crate::problems::roles::KindRole;
@@ -46,7 +47,7 @@ pub fn changed(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, (phase, id)
 
 /// Appends the cause of a problem, with its number and title; with a question mark if another cause may still be
 /// found.
-fn because(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, one: &Problem, began_ns: Option<i64>) {
+fn because(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, one: &Problem, began_ns: Option<Ns>) {
     let Some((link, cause)) = one.cause.and_then(|link| Some((link, diagnosis.ledger().by_id(link.cause)?))) else {
         return;
     };
@@ -67,7 +68,7 @@ fn plain(one: &Problem) -> Option<Words> {
 }
 
 /// Appends the subject of a problem and its statement, in one line. `began_ns`: the first timestamp of the capture.
-pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Problem, began_ns: Option<i64>) {
+pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Problem, began_ns: Option<Ns>) {
     subject(out, lang, one);
     let words = lang.of(one.kind.row().words);
     match titles::of(one, began_ns) {

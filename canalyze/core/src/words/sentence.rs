@@ -8,6 +8,7 @@ use super::digits::{Hex, Spaced, put};
 use super::services::sdo;
 use super::value::Size;
 use super::{Lang, escape, signal, terms};
+use crate::bytes::ns::Ns;
 use crate::rules::finding::{Code, CrcMatch, NamedProblem, Quantity, Said};
 use crate::sdo::wire::Side;
 use crate::wire::error_control;
@@ -155,17 +156,17 @@ fn drive_word(out: &mut Vec<u8>, lang: Lang, index: u16, word: u16) {
 
 /// Appends a duration in its usual unit: `350 µs`, `1.2 ms`, `1.5 s`. At most three digits after the point, without
 /// trailing zeros.
-pub fn duration(out: &mut Vec<u8>, ns: i64) {
-    let (unit, name) = match ns.unsigned_abs() {
+pub fn duration(out: &mut Vec<u8>, ns: Ns) {
+    let (unit, name) = match ns.as_ns().unsigned_abs() {
         0 => (1_000_000_000, " s"),
         1..1_000_000 => (1_000, " µs"),
         1_000_000..1_000_000_000 => (1_000_000, " ms"),
         _ => (1_000_000_000, " s"),
     };
-    if ns < 0 {
+    if ns < Ns::ZERO {
         out.push(b'-');
     }
-    let thousandths = (u128::from(ns.unsigned_abs()) * 1000 + unit / 2) / unit;
+    let thousandths = (u128::from(ns.as_ns().unsigned_abs()) * 1000 + unit / 2) / unit;
     put!(out; (thousandths / 1000) as u64);
     let fraction = (thousandths % 1000) as u64;
     if fraction != 0 {
@@ -192,7 +193,7 @@ mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
     use super::*;
 
-    fn says(ns: i64) -> String {
+    fn says(ns: Ns) -> String {
         let mut out = Vec::new();
         duration(&mut out, ns);
         String::from_utf8(out).unwrap()
@@ -210,7 +211,7 @@ mod tests {
             (1_500_000_000, "1.5 s"),
             (10_250_125_000, "10.25 s"),
         ] {
-            assert_eq!(says(ns), text);
+            assert_eq!(says(Ns(ns)), text);
         }
     }
 
@@ -220,7 +221,7 @@ mod tests {
         let named = |name: &str| match name {
             "found" => Some(Said::Quantity(Quantity::Count(7))),
             "one" => Some(Said::Quantity(Quantity::Count(1))),
-            "expected" => Some(Said::Quantity(Quantity::Ns(1_000_000))),
+            "expected" => Some(Said::Quantity(Quantity::Ns(Ns(1_000_000)))),
             _ => None,
         };
         fill(&mut out, Lang::En, "{found} instead of {expected}: {found|frame|frames}, {one|bit|bits}.", named);

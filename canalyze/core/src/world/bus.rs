@@ -14,6 +14,7 @@ use std::sync::Arc;
 use self::drives::reported;
 use self::learning::{known, renewed};
 use crate::bytes::frame::{CanId, Frame, FrameRef, Kind};
+use crate::bytes::ns::Ns;
 use crate::checks;
 use crate::checks::nodes::ErrorControl;
 use crate::checks::srdo::SrdoResult;
@@ -63,9 +64,9 @@ pub struct Bus {
     usdo: Box<Usdo>,
     checks: Checks,
     /// The earliest time at which a channel decides something without a frame, in ns.
-    due_ns: Option<i64>,
+    due_ns: Option<Ns>,
     /// Time of the first frame, or of the first after lost frames, in ns.
-    began_ns: Option<i64>,
+    began_ns: Option<Ns>,
     /// The last frame is a duplicate in the capture.
     again: bool,
     /// Nodes whose boot-up was seen, without a later reset or lost frames.
@@ -134,17 +135,17 @@ impl Bus {
     }
 
     /// Returns the shortest synchronous window, in ns; `None` if there is none or none is known.
-    pub fn sync_window_ns(&self) -> Option<i64> {
+    pub fn sync_window_ns(&self) -> Option<Ns> {
         self.checks.sync.least_window_ns()
     }
 
     /// Returns the period of SYNC in ns, as configured, else as measured; `None` if unknown or irregular.
-    pub fn sync_period_ns(&self) -> Option<i64> {
+    pub fn sync_period_ns(&self) -> Option<Ns> {
         self.checks.sync.period_ns()
     }
 
     /// Returns the heartbeat period of a node in ns if known, by 1017h or its heartbeats.
-    pub fn heartbeat_period(&self, node: u8) -> Option<i64> {
+    pub fn heartbeat_period(&self, node: u8) -> Option<Ns> {
         self.checks.nodes.heartbeat_period(node)
     }
 
@@ -155,7 +156,7 @@ impl Bus {
 
     /// Returns the kind of error control by which a node is overdue at `now_ns`, so that its last reported state may be
     /// outdated.
-    pub fn silent(&self, node: u8, now_ns: Option<i64>) -> Option<ErrorControl> {
+    pub fn silent(&self, node: u8, now_ns: Option<Ns>) -> Option<ErrorControl> {
         self.checks.nodes.silent(node, now_ns)
     }
 
@@ -267,9 +268,8 @@ impl Bus {
             return false;
         }
         self.channel_of(frame).is_some_and(|key| {
-            let whole = |now: i64| {
-                self.booted.contains(&key.0) || self.began_ns.is_some_and(|began| is_whole(now.saturating_sub(began)))
-            };
+            let whole =
+                |now: Ns| self.booted.contains(&key.0) || self.began_ns.is_some_and(|began| is_whole(now - began));
             let side = if matches!(self.roles.of(frame.id), Role::SdoRequest(_)) { Side::Client } else { Side::Server };
             let channel = self.channels.get(&key);
             channel.map_or_else(|| !frame.t_ns.is_some_and(whole), |channel| channel.is_ambiguous(side, frame))
@@ -306,7 +306,7 @@ impl Bus {
             return self.message(Role::Unassigned, frame, cx);
         }
         let nodes = &self.nodes;
-        let heard_ns = frame.t_ns.zip(self.began_ns).map_or(0, |(now, began)| now.saturating_sub(began));
+        let heard_ns = frame.t_ns.zip(self.began_ns).map_or(Ns::ZERO, |(now, began)| now - began);
         let booted = self.booted.contains(&node);
         let channel = self.channels.entry(key).or_insert_with(|| {
             let mut channel = Box::new(SdoChannel::new(frame.bus, node, key.1));
@@ -589,7 +589,7 @@ impl Bus {
     }
 
     /// Reports what should have happened by `now_ns`, at the current frame.
-    pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+    pub fn advance(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
         cx.release();
         self.checks.advance(now_ns, cx);
         self.rest(now_ns, cx);
@@ -597,7 +597,7 @@ impl Bus {
     }
 
     /// Lets quiet SDO channels decide what has waited long enough at `now_ns`.
-    fn rest(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+    fn rest(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
         self.usdo.rest(now_ns, cx);
         if self.due_ns.is_none_or(|due_ns| now_ns <= due_ns) {
             return;

@@ -4,6 +4,7 @@
 //! second capture of a frame, and a frame whose identifier carries another protocol, change nothing.
 
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::rules::finding::{Code, Finding, Quantity};
 use crate::wire::cob_id::Role;
 use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
@@ -48,7 +49,7 @@ pub enum Change {
         /// The reason.
         by: LostBy,
         /// The time from which on its state is unknown, in ns, if known.
-        since_ns: Option<i64>,
+        since_ns: Option<Ns>,
     },
     /// A node reports an error, or that errors are gone.
     Error(EmcyChange),
@@ -153,7 +154,7 @@ impl Change {
     /// Returns the loss that a finding reports.
     pub fn of_finding(finding: &Finding) -> Option<Self> {
         let after = |from: Option<FrameRef>, name, sign: i64| match finding.measured()?.get(name)? {
-            Quantity::Ns(ns) => Some(from?.t_ns?.saturating_add(sign.saturating_mul(ns))),
+            Quantity::Ns(ns) => Some(from?.t_ns? + sign * ns),
             _ => None,
         };
         let (by, since_ns) = match finding.code {

@@ -3,6 +3,7 @@
 //! It is passed to everything that judges a frame. Nothing is decided here.
 
 use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::pending::Until;
 use crate::evidence::recording;
@@ -94,7 +95,7 @@ impl Context<'_> {
 
     /// Reports a finding after `wait_ns`, unless something explains it by then (see
     /// [`Pending::explain`](crate::evidence::Pending::explain)): then it is a consequence of that.
-    pub fn report_later(&mut self, finding: Finding, wait_ns: i64) {
+    pub fn report_later(&mut self, finding: Finding, wait_ns: Ns) {
         if let Some(finding) = self.evidence.pending.keep(finding, Until::Explained(wait_ns), self.when) {
             self.emit(finding);
         }
@@ -161,7 +162,7 @@ impl Context<'_> {
     }
 
     /// Returns the time `now_ns`: that of the current frame, or a later one without a frame.
-    pub fn clock(&self, now_ns: i64) -> When {
+    pub fn clock(&self, now_ns: Ns) -> When {
         if self.at.t_ns == Some(now_ns) {
             return self.when;
         }

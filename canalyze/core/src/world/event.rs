@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::rules::finding::Finding;
 use crate::sdo::transfer::{Transfer, TransferId};
 use crate::sdo::wire::{Command, Mux, Side, decode_frame};
@@ -149,7 +150,7 @@ pub struct Placement {
     /// Number of the cycle in the capture, from 1, counted in SYNCs.
     pub cycle: u64,
     /// Time since the SYNC in ns, negative if its late echo was captured after the PDO; `None` without stamps.
-    pub delay_ns: Option<i64>,
+    pub delay_ns: Option<Ns>,
 }
 
 /// An SDO frame and its place in its transfer.
@@ -250,7 +251,7 @@ pub struct Scanned {
     /// Number of Fastscan frames of the master.
     pub frames: u32,
     /// Time from the first frame to the last frame or answer, in ns; `None` without stamps.
-    pub duration_ns: Option<i64>,
+    pub duration_ns: Option<Ns>,
 }
 
 #[cfg(test)]

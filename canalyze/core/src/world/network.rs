@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use crate::bytes::frame::CanId;
+use crate::bytes::ns::Ns;
 use crate::world::dictionary::Dictionary;
 
 /// Data that were given beforehand.
@@ -21,11 +22,11 @@ pub struct Network {
     /// Further SDO channels (`--sdo`).
     pub sdos: Vec<Sdo>,
     /// Communication cycle period in ns (`--sync-period`), if no object defines it.
-    pub sync_period_ns: Option<i64>,
+    pub sync_period_ns: Option<Ns>,
     /// Synchronous window length in ns (`--sync-window`), if no object defines it.
-    pub sync_window_ns: Option<i64>,
+    pub sync_window_ns: Option<Ns>,
     /// Tolerance of timing verdicts in ns (`--jitter`); measured if it is not given.
-    pub jitter_ns: Option<i64>,
+    pub jitter_ns: Option<Ns>,
     /// Bit rate in bit/s (`--bitrate`).
     pub bit_rate: Option<u32>,
 }

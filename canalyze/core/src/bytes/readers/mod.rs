@@ -27,6 +27,7 @@ use self::pcap::Pcap;
 use self::rows::Rows;
 use self::trc::Trc;
 use crate::bytes::frame::{BusId, Buses, Frame, Stamp};
+use crate::bytes::ns::Ns;
 
 /// The formats that this crate reads. Their names are those of `--input-format`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -223,7 +224,7 @@ pub enum Item {
     /// All frames of live buses with this stamp or an earlier one have come: the time on their clock.
     Until {
         /// In ns.
-        now_ns: i64,
+        now_ns: Ns,
     },
 }
 
@@ -340,7 +341,7 @@ pub enum Marker {
     /// The date from which stamps count from here on. Without one they are absolute or count from zero.
     Start {
         /// ns since 1970-01-01: UTC if the format says so, otherwise local civil time as if it were UTC.
-        date_ns: i64,
+        date_ns: Ns,
     },
     /// A gap: the capturing program lost frames.
     Dropped {

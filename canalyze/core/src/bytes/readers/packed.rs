@@ -32,6 +32,7 @@
 
 use super::{Contents, Damage, DamageKind, FilePlace, Item, Marker, Unreadable, in_pieces};
 use crate::bytes::frame::{BusId, Buses, CanId, Direction, Frame, Kind, LengthForm, Stamp, StampForm};
+use crate::bytes::ns::Ns;
 
 /// Size of a head in bytes.
 pub const HEAD: usize = 24;
@@ -190,8 +191,8 @@ impl Packed {
             moved: 0,
             corrected_ns: 0,
             line: (line != 0).then_some(u64::from(line)),
-            t_ns: stamped.then_some(ns),
-            stamp: stamped.then_some(Stamp { form: StampForm::Seconds, ns, width: 1, decimals }),
+            t_ns: stamped.then_some(Ns(ns)),
+            stamp: stamped.then_some(Stamp { form: StampForm::Seconds, ns: Ns(ns), width: 1, decimals }),
             bus: known.unwrap_or_else(|| buses.intern(b"")),
             // An error class is a number of 29 bits regardless of the flag.
             id: match u16::try_from(raw) {
@@ -224,7 +225,7 @@ impl Packed {
                 }
                 None
             }
-            kind::START => Some(Item::Marker(Marker::Start { date_ns: number })),
+            kind::START => Some(Item::Marker(Marker::Start { date_ns: Ns(number) })),
             kind::DAMAGE => {
                 let kind = *DAMAGES.get(usize::from(which))?;
                 let place = FilePlace::Byte(count);
@@ -302,6 +303,7 @@ fn i64_at(head: &[u8; HEAD], at: usize) -> i64 {
 mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
 
+    use crate::bytes::ns::Ns;
     use proptest::prelude::*;
 
     use super::Packed;
@@ -347,8 +349,13 @@ mod tests {
                     moved: 0,
                     corrected_ns: 0,
                     line: None,
-                    t_ns: stamp.map(|(ns, _)| ns),
-                    stamp: stamp.map(|(ns, decimals)| Stamp { form: StampForm::Seconds, ns, width: 1, decimals }),
+                    t_ns: stamp.map(|(ns, _)| ns).map(Ns),
+                    stamp: stamp.map(|(ns, decimals)| Stamp {
+                        form: StampForm::Seconds,
+                        ns: Ns(ns),
+                        width: 1,
+                        decimals,
+                    }),
                     bus: crate::bytes::frame::BusId(bus),
                     id,
                     kind,
@@ -437,7 +444,7 @@ mod tests {
         ];
         reader.feed(&stream.concat(), &mut buses, &mut |item, _| items.push(item));
         reader.finish(&mut buses, &mut |item, _| items.push(item));
-        assert!(matches!(items[0], Item::Marker(Marker::Start { date_ns: 1_700_000_000_000_000_000 })));
+        assert!(matches!(items[0], Item::Marker(Marker::Start { date_ns: Ns(1_700_000_000_000_000_000) })));
         assert!(matches!(items[1], Item::Unreadable { place: FilePlace::Line(12), .. }));
         let [Item::Marker(jump), Item::Marker(mark)] = items[2..4] else { panic!("{items:?}") };
         assert_eq!(jump, Marker::LeftOut { count: Some(5), rows: Some((14, 20)), place: FilePlace::Line(12) });

@@ -7,15 +7,16 @@
 use super::{CaptureFacts, Loss, Losses};
 use crate::bytes::calendar::date_of;
 use crate::bytes::frame::{BusId, CanId, Direction, Frame, Kind};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::Marker;
 use crate::bytes::readers::asc::notes::Note;
 use crate::bytes::readers::asc::{AscChannel, fd_code};
 use crate::words::digits::{Hex, Padded, Spaced, filled, fraction, hex, put};
 
 const SECOND: i64 = 1_000_000_000;
-const MILLISECOND: i64 = 1_000_000;
+const MILLISECOND: Ns = Ns::from_ms(1);
 /// Lower limit of times that are dates, in ns (1973); others count from the start of the capture, unless it has a date.
-const UNDATED: i64 = 100_000_000 * SECOND;
+const UNDATED: Ns = Ns::from_s(100_000_000);
 
 /// A writer of ASC logs.
 #[derive(Debug)]
@@ -23,11 +24,11 @@ pub struct Asc {
     /// The losses.
     pub losses: Losses,
     /// The time from which the stamps count; `None` before the header.
-    origin: Option<i64>,
+    origin: Option<Ns>,
     /// True if the dates are not real.
     undated: bool,
     /// The last written time.
-    last: i64,
+    last: Ns,
     frames: i64,
     /// The channels of buses.
     channels: Vec<(BusId, AscChannel)>,
@@ -43,7 +44,7 @@ impl Default for Asc {
             losses: Losses::default(),
             origin: None,
             undated: false,
-            last: 0,
+            last: Ns::ZERO,
             frames: 0,
             channels: Vec::new(),
             directions: true,
@@ -59,7 +60,7 @@ impl Asc {
         let known = setting.moment(frame);
         let moment = known.unwrap_or_else(|| {
             self.losses.count(Loss::NoStamp);
-            if self.frames == 0 { 0 } else { self.last.saturating_add(MILLISECOND) }
+            if self.frames == 0 { Ns::ZERO } else { self.last + MILLISECOND }
         });
         self.frames += 1;
         self.last = moment;
@@ -74,7 +75,7 @@ impl Asc {
         } else {
             self.direction(out, frame.dir);
         }
-        stamp(out, moment.saturating_sub(origin), frame.stamp.map_or(6, |stamp| stamp.decimals));
+        stamp(out, moment - origin, frame.stamp.map_or(6, |stamp| stamp.decimals));
         match frame.kind {
             Kind::Error => {
                 put!(out; channel, "  ErrorFrame");
@@ -129,26 +130,26 @@ impl Asc {
     /// Appends the end of the block, and the header if there was no frame.
     pub fn finish(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>) {
         if self.origin.is_none() {
-            self.begin(out, setting, setting.date_ns.unwrap_or(0));
+            self.begin(out, setting, setting.date_ns.unwrap_or_default());
         }
         out.extend_from_slice(b"End TriggerBlock\n");
     }
 
     /// Appends the header before the first frame, or a block before a frame earlier than all previous ones. Returns the
     /// time from which the stamps count.
-    fn begin(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, moment: i64) -> i64 {
+    fn begin(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, moment: Ns) -> Ns {
         match self.origin {
             Some(origin) if moment >= origin => return origin,
             Some(_) => out.extend_from_slice(b"End TriggerBlock\n"),
             None => {}
         }
         let first = self.origin.is_none();
-        let mut origin = moment.div_euclid(MILLISECOND).saturating_mul(MILLISECOND);
+        let mut origin = MILLISECOND * moment.as_ns().div_euclid(MILLISECOND.as_ns());
         if first {
             self.undated = setting.date_ns.is_none() && (-UNDATED..UNDATED).contains(&moment);
             if self.undated {
                 self.losses.count(Loss::NoDate);
-                origin = origin.min(0);
+                origin = origin.min(Ns::ZERO);
             }
             out.extend_from_slice(b"date ");
             date(out, origin);
@@ -246,7 +247,8 @@ fn bytes(out: &mut Vec<u8>, payload: &[u8]) {
 }
 
 /// Appends `   0.000000 `: seconds in four columns, six or nine decimals.
-fn stamp(out: &mut Vec<u8>, ns: i64, decimals: u8) {
+fn stamp(out: &mut Vec<u8>, time: Ns, decimals: u8) {
+    let ns = time.as_ns();
     filled(out, ns.div_euclid(SECOND).unsigned_abs(), 4, b' ');
     let rest = ns.rem_euclid(SECOND) as u32;
     // Times of joined files may be finer than their stamps.
@@ -255,11 +257,12 @@ fn stamp(out: &mut Vec<u8>, ns: i64, decimals: u8) {
 }
 
 /// Appends `Thu Apr 28 10:44:52.480 am 2022`.
-fn date(out: &mut Vec<u8>, ns: i64) {
+fn date(out: &mut Vec<u8>, moment: Ns) {
+    let ns = moment.as_ns();
     const WEEKDAYS: [&str; 7] = ["Thu", "Fri", "Sat", "Sun", "Mon", "Tue", "Wed"];
     const MONTHS: [&str; 12] = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
     let days = ns.div_euclid(86_400 * SECOND);
-    let time = ns.rem_euclid(86_400 * SECOND).unsigned_abs() / MILLISECOND.unsigned_abs();
+    let time = ns.rem_euclid(86_400 * SECOND).unsigned_abs() / 1_000_000;
     let (year, month, day) = date_of(days);
     let (hour, minute, second) = (time / 3_600_000, time / 60_000 % 60, time / 1000 % 60);
     let name = |names: &[&'static str], index: i64| names.get(index as usize).copied().unwrap_or_default();
@@ -272,6 +275,7 @@ fn date(out: &mut Vec<u8>, ns: i64) {
 mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
 
+    use crate::bytes::ns::Ns;
     use proptest::prelude::*;
 
     use super::super::{CaptureFacts, Format, Loss, Writer};
@@ -281,12 +285,12 @@ mod tests {
     const DATE: i64 = 1_549_455_524_265_601_000;
 
     fn at(t_ns: i64, decimals: u8, frame: Frame) -> Frame {
-        let stamp = Stamp { form: StampForm::Seconds, ns: t_ns, width: 1, decimals };
-        Frame { t_ns: Some(t_ns), stamp: Some(stamp), ..frame }
+        let stamp = Stamp { form: StampForm::Seconds, ns: Ns(t_ns), width: 1, decimals };
+        Frame { t_ns: Some(Ns(t_ns)), stamp: Some(stamp), ..frame }
     }
 
     fn write(frames: &[Frame], markers: &[Marker], buses: &Buses, date_ns: Option<i64>) -> (String, Writer) {
-        let setting = CaptureFacts { buses, date_ns };
+        let setting = CaptureFacts { buses, date_ns: date_ns.map(Ns) };
         let mut writer = Writer::new(Format::Asc, &Default::default());
         let mut out = Vec::new();
         for marker in markers {
@@ -379,9 +383,18 @@ End TriggerBlock
     type Essence = (Option<i64>, Vec<u8>, CanId, Kind, Option<Direction>, u8, u8, [u8; 64]);
 
     fn essence(frame: &Frame, buses: &Buses, date_ns: Option<i64>) -> Essence {
-        let moment = CaptureFacts { buses, date_ns }.moment(frame);
+        let moment = CaptureFacts { buses, date_ns: date_ns.map(Ns) }.moment(frame);
         let raw = frame.length_form.raw_dlc;
-        (moment, buses.name(frame.bus).to_vec(), frame.id, frame.kind, frame.dir, frame.len, raw, frame.data)
+        (
+            moment.map(Ns::as_ns),
+            buses.name(frame.bus).to_vec(),
+            frame.id,
+            frame.kind,
+            frame.dir,
+            frame.len,
+            raw,
+            frame.data,
+        )
     }
 
     fn read(text: &str) -> Vec<Essence> {
@@ -391,7 +404,7 @@ End TriggerBlock
         let mut reader = Reader::new(Input::Asc, &Settings::default());
         let mut sink = |item: Item, buses: &Buses| match item {
             Item::Frame(frame) => found.push(essence(&frame, buses, date)),
-            Item::Marker(Marker::Start { date_ns }) => date = Some(date_ns),
+            Item::Marker(Marker::Start { date_ns }) => date = Some(date_ns.as_ns()),
             other => panic!("{other:?}"),
         };
         reader.feed(text.as_bytes(), &mut buses, &mut sink);

@@ -55,8 +55,8 @@ impl Console {
                 dropped(out, &name_of(setting.buses, bus, &mut self.losses), count, total);
             }
             Marker::Error { bus, stamp, .. } => {
-                let shift = setting.date_ns.unwrap_or(0);
-                let stamp = stamp.map(|stamp| Stamp { ns: stamp.ns.saturating_add(shift), ..stamp });
+                let shift = setting.date_ns.unwrap_or_default();
+                let stamp = stamp.map(|stamp| Stamp { ns: stamp.ns + shift, ..stamp });
                 out.extend_from_slice(if stamp.is_some() { b" " } else { b"  " });
                 self.columns.error(out, stamp.as_ref(), &name_of(setting.buses, bus, &mut self.losses));
             }
@@ -158,7 +158,7 @@ fn written(out: &mut Vec<u8>, stamp: &Stamp) {
 
 /// Appends a stamp with its digits as written.
 pub fn digits(out: &mut Vec<u8>, stamp: &Stamp) {
-    let (seconds, ns) = (stamp.ns.div_euclid(SECOND), stamp.ns.rem_euclid(SECOND) as u32);
+    let (seconds, ns) = (stamp.ns.as_ns().div_euclid(SECOND), stamp.ns.as_ns().rem_euclid(SECOND) as u32);
     match stamp.form {
         StampForm::Seconds => filled(out, seconds.unsigned_abs(), usize::from(stamp.width), b'0'),
         StampForm::Calendar => calendar(out, seconds),

@@ -4,12 +4,13 @@
 
 use super::{CaptureFacts, Loss, Losses, console, name_of};
 use crate::bytes::frame::{Direction, Frame, Kind};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::Marker;
 use crate::words::digits::{Hex, Joined, Padded, fraction, put};
 
 const SECOND: u64 = 1_000_000_000;
 /// Distance of the stamps invented for frames without any, in ns.
-const SPACING_NS: i64 = 1_000_000;
+const SPACING_NS: Ns = Ns::from_ms(1);
 
 /// A writer of candump logs. Stamps are never negative, since readers of this form do not know such.
 #[derive(Debug, Default)]
@@ -17,18 +18,18 @@ pub struct Log {
     /// The losses.
     pub losses: Losses,
     /// The last written stamp, in ns.
-    last_ns: Option<i64>,
+    last_ns: Option<Ns>,
 }
 
 impl Log {
     /// Appends a frame's line.
     pub fn frame(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, frame: &Frame) {
-        let moment = setting.moment(frame).filter(|moment| *moment >= 0).unwrap_or_else(|| {
+        let moment = setting.moment(frame).filter(|moment| *moment >= Ns::ZERO).unwrap_or_else(|| {
             self.losses.count(Loss::NoStamp);
-            self.last_ns.map_or(0, |last| last.saturating_add(SPACING_NS))
+            self.last_ns.map_or(Ns::ZERO, |last| last + SPACING_NS)
         });
         self.last_ns = Some(moment);
-        let ns = moment.unsigned_abs();
+        let ns = moment.as_ns().unsigned_abs();
         // At least ten digits before the point and six after it, like candump.
         put!(out; "(", Padded::<10>(ns / SECOND));
         fraction(out, (ns % SECOND) as u32, frame.stamp.map_or(6, |stamp| stamp.decimals.max(6)));

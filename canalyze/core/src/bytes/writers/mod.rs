@@ -21,6 +21,7 @@ use self::mcap::Mcap;
 use self::packed::Packed;
 use self::pcapng::Pcapng;
 use crate::bytes::frame::{BusId, Buses, Frame, MAX_BUS_NAME};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::Marker;
 use crate::rules::finding::Finding;
 use crate::world::event::Event;
@@ -69,14 +70,14 @@ pub struct CaptureFacts<'a> {
     /// The names of the buses so far.
     pub buses: &'a Buses,
     /// The date from which the stamps count, in ns since 1970-01-01, if the capture has one.
-    pub date_ns: Option<i64>,
+    pub date_ns: Option<Ns>,
 }
 
 impl CaptureFacts<'_> {
     /// Returns the time of a frame in ns since 1970-01-01 (since the start of the capture if no date is known); `None`
     /// without stamps.
-    pub fn moment(&self, frame: &Frame) -> Option<i64> {
-        frame.t_ns.map(|t_ns| t_ns.saturating_add(self.date_ns.unwrap_or(0)))
+    pub fn moment(&self, frame: &Frame) -> Option<Ns> {
+        frame.t_ns.map(|t_ns| t_ns + self.date_ns.unwrap_or_default())
     }
 }
 
@@ -163,7 +164,7 @@ impl Writer {
 
     /// Appends buffered content that is old at `now_ns` on the clock of live frames, so that a growing file can be
     /// read.
-    pub fn until(&mut self, out: &mut Vec<u8>, now_ns: i64) {
+    pub fn until(&mut self, out: &mut Vec<u8>, now_ns: Ns) {
         if let Self::Mcap(writer) = self {
             writer.until(out, now_ns);
         }

@@ -49,7 +49,7 @@ impl Packed {
         out.extend_from_slice(&[kind::FRAME, flags, frame.bus.0, frame.len, raw, decimals, size, 0]);
         out.extend_from_slice(&id.to_le_bytes());
         out.extend_from_slice(&frame.line.and_then(|line| u32::try_from(line).ok()).unwrap_or(0).to_le_bytes());
-        out.extend_from_slice(&moment.unwrap_or(0).to_le_bytes());
+        out.extend_from_slice(&moment.unwrap_or_default().as_ns().to_le_bytes());
         out.extend_from_slice(payload);
     }
 

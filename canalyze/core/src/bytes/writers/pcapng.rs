@@ -5,6 +5,7 @@
 
 use super::{CaptureFacts, Loss, Losses};
 use crate::bytes::frame::{BusId, Direction, Frame, Kind};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::Marker;
 
 const LINKTYPE_CAN_SOCKETCAN: u16 = 227;
@@ -41,9 +42,9 @@ impl Pcapng {
         self.frames += 1;
         let moment = setting.moment(frame).unwrap_or_else(|| {
             self.losses.count(Loss::NoStamp);
-            (self.frames as i64 - 1).saturating_mul(1_000_000)
+            Ns::from_ms(self.frames as i64 - 1)
         });
-        let moment = u64::try_from(moment).unwrap_or_else(|_| {
+        let moment = u64::try_from(moment.as_ns()).unwrap_or_else(|_| {
             self.losses.count(Loss::StampDigits);
             0
         });

@@ -4,11 +4,12 @@
 
 use super::*;
 use crate::bytes::frame::{CanId, Direction, Kind, LengthForm, Stamp, StampForm};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::FilePlace;
 
 fn stamped(ns: i64, decimals: u8) -> Frame {
-    let stamp = Stamp { form: StampForm::Seconds, ns, width: 1, decimals };
-    Frame { t_ns: Some(ns), stamp: Some(stamp), ..Frame::classic(CanId::standard(0x123), &[0x11]) }
+    let stamp = Stamp { form: StampForm::Seconds, ns: Ns(ns), width: 1, decimals };
+    Frame { t_ns: Some(Ns(ns)), stamp: Some(stamp), ..Frame::classic(CanId::standard(0x123), &[0x11]) }
 }
 
 fn written(format: Format, name: &[u8], date_ns: Option<i64>, frames: &[Frame]) -> (String, Vec<(Loss, u64)>) {
@@ -16,7 +17,7 @@ fn written(format: Format, name: &[u8], date_ns: Option<i64>, frames: &[Frame]) 
     buses.intern(name);
     let mut writer = Writer::new(format, &WriterSettings::default());
     let mut out = Vec::new();
-    let setting = CaptureFacts { buses: &buses, date_ns };
+    let setting = CaptureFacts { buses: &buses, date_ns: date_ns.map(Ns) };
     for frame in frames {
         writer.frame(&mut out, setting, frame);
     }
@@ -32,7 +33,7 @@ fn candump_log_lines() {
         kind,
         dir,
         stamp: stamped(0, 9).stamp,
-        t_ns: Some(1_700_000_000_123_456_789),
+        t_ns: Some(Ns(1_700_000_000_123_456_789)),
         ..Frame::classic(id, payload)
     };
     let standard = CanId::standard(0x7F);
@@ -57,7 +58,7 @@ fn candump_log_lines() {
 #[test]
 fn stamps_that_are_missing_go_on_from_the_last() {
     let bare = Frame::classic(CanId::standard(0x123), &[]);
-    let before = Frame { t_ns: Some(-1), ..stamped(-1, 9) };
+    let before = Frame { t_ns: Some(Ns(-1)), ..stamped(-1, 9) };
     let (text, losses) = written(Format::Log, b"", None, &[bare, bare, stamped(5_000_000_000, 3), bare, before]);
     let stamps: Vec<&str> = text.lines().map(|line| line.split(' ').next().unwrap()).collect();
     let due = ["0000000000.000000", "0000000000.001000", "0000000005.000000", "0000000005.001000"];
@@ -77,7 +78,7 @@ fn stamps_count_from_the_date() {
     assert_eq!(text, " (1700000001.500)  can0  123   [1]  11\n");
     // A difference is written as an absolute time.
     let (text, _) =
-        written(Format::Console, b"can0", None, &[Frame { t_ns: Some(7_000_000), ..stamped(2_000_000, 3) }]);
+        written(Format::Console, b"can0", None, &[Frame { t_ns: Some(Ns(7_000_000)), ..stamped(2_000_000, 3) }]);
     assert_eq!(text, " (0.007)  can0  123   [1]  11\n");
 }
 
@@ -133,7 +134,7 @@ fn markers() {
     ] {
         let mut writer = Writer::new(format, &WriterSettings::default());
         let mut out = Vec::new();
-        for marker in [gap, error, counted, uncounted, Marker::Start { date_ns: 5 }, Marker::Backward { place }] {
+        for marker in [gap, error, counted, uncounted, Marker::Start { date_ns: Ns(5) }, Marker::Backward { place }] {
             writer.marker(&mut out, setting, &marker);
         }
         assert_eq!(String::from_utf8(out).unwrap(), lines);

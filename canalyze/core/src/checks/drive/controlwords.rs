@@ -2,12 +2,13 @@
 
 use super::Sample;
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::world::drive;
 
 /// Maximum number of controlwords kept per axis.
 const KEPT: usize = 16;
 /// Maximum delay of a controlword, and of the statusword that follows, in ns.
-const LAG: i64 = 1_000_000_000;
+const LAG: Ns = Ns::from_s(1);
 /// The same delay in frames of the capture, used without stamps.
 const LAG_FRAMES: u64 = 256;
 
@@ -51,7 +52,7 @@ impl Controlwords {
     /// Returns the controlwords that a drive may have obeyed since it reported `from`; `None` unless all are known.
     fn since(&self, from: &Sample) -> Option<&[(u16, FrameRef)]> {
         let in_force = self.list.iter().rposition(|(_, at)| match (at.t_ns, from.at.t_ns) {
-            (Some(began), Some(reported)) => began <= reported.saturating_sub(LAG) && at.no < from.at.no,
+            (Some(began), Some(reported)) => began <= reported - LAG && at.no < from.at.no,
             _ => at.no.saturating_add(LAG_FRAMES) <= from.at.no,
         });
         self.list.get(in_force.or(self.fresh.then_some(0))?..)

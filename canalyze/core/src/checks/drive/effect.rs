@@ -2,6 +2,7 @@
 
 use super::{Axis, AxisPlace, PROMPT, Sample, controlword, elapsed};
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::rules::drive::Drv002;
 use crate::rules::finding::Finding;
 use crate::wire::error_control::OPERATIONAL;
@@ -9,9 +10,9 @@ use crate::world::context::Context;
 use crate::world::drive::{self, DriveCommand, DriveState};
 
 /// Time for a command that leads towards operation enabled, in ns: capacitors charge, brakes release.
-const UPWARD: i64 = 5_000_000_000;
+const UPWARD: Ns = Ns::from_s(5);
 /// The same for switching on, in ns: only the power stage is charged.
-const SWITCH_ON: i64 = 1_500_000_000;
+const SWITCH_ON: Ns = Ns::from_ms(1_500);
 
 /// A command that should lead out of a state.
 #[derive(Clone, Copy, Debug)]

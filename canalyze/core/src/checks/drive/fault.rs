@@ -3,6 +3,7 @@
 
 use super::{AxisPlace, Sample, statusword};
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::checks::limits::{FAULT_EMCY_NS, FAULTS_TOGETHER_NS};
 use crate::evidence::Obligations;
 use crate::evidence::obligation::Owed;
@@ -30,15 +31,16 @@ impl EmcyDue {
     ) {
         let node = place.node.id();
         // In 100 µs.
-        let inhibit = place.node.value(0x1015, 0).map_or(0, |(time, _)| (time & 0xFFFF) as i64 * 100_000);
+        let inhibit =
+            place.node.value(0x1015, 0).map_or(Ns::ZERO, |(time, _)| Ns::from_us((time & 0xFFFF) as i64 * 100));
         let apart = FAULT_EMCY_NS.max(inhibit);
         let emcy = emcy.filter(|emcy| match before.at.t_ns.zip(emcy.t_ns) {
-            Some((earliest, emcy)) => emcy >= earliest.saturating_sub(apart),
+            Some((earliest, emcy)) => emcy >= earliest - apart,
             None => emcy.no > before.at.no,
         });
         let together = |first: &FrameRef| {
             let times = first.t_ns.zip(fault.at.t_ns).filter(|_| first.no != fault.at.no);
-            times.is_some_and(|(first, then)| (0..FAULTS_TOGETHER_NS).contains(&then.saturating_sub(first)))
+            times.is_some_and(|(first, then)| (Ns::ZERO..FAULTS_TOGETHER_NS).contains(&(then - first)))
         };
         let because_of = emcy.or(first.filter(together));
         if because_of.is_none() {
@@ -61,13 +63,13 @@ impl EmcyDue {
 
     /// Reports faults that no EMCY has announced by `now_ns`.
     #[inline]
-    pub(super) fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+    pub(super) fn advance(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
         if self.owed.may_be_due(now_ns) {
             self.miss(now_ns, cx);
         }
     }
 
-    fn miss(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+    fn miss(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
         for ((node, axis, word), owed) in self.owed.due(cx.clock(now_ns), &cx.evidence.recording) {
             let fault = Some(owed.since.at);
             let what = Drv003::Unannounced { statusword: word };

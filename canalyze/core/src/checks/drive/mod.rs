@@ -17,6 +17,7 @@ use self::fault::EmcyDue;
 use self::watch::{Watch, WatchedPdo};
 use super::PdoName;
 use crate::bytes::frame::{Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::rules::drive::{Drv001, Drv004};
 use crate::rules::finding::{Code, Finding};
 use crate::sdo::transfer::{Direction, Status, Transfer};
@@ -29,7 +30,7 @@ use crate::world::drive::{self, DriveCommand, DriveObject, DriveState, Reach};
 use crate::world::node::{Node, PerNode};
 
 /// Time for a command that removes power, and for a change of mode, in ns.
-const PROMPT: i64 = 1_000_000_000;
+const PROMPT: Ns = Ns::from_s(1);
 /// Number of upward steps that show a node of unknown type to be a drive.
 const PROOF: u8 = 2;
 
@@ -55,7 +56,7 @@ struct Request {
     mode: i8,
     at: FrameRef,
     /// Time from which on the display should show it, in ns.
-    since_ns: Option<i64>,
+    since_ns: Option<Ns>,
     /// Number of reports of another mode since then.
     reports: u8,
     raised: bool,
@@ -237,7 +238,7 @@ impl Drives {
 
     /// Reports faults that no EMCY has announced by `now_ns`.
     #[inline]
-    pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+    pub fn advance(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
         self.emcy_due.advance(now_ns, cx);
     }
 
@@ -461,6 +462,6 @@ fn is_fault(state: DriveState) -> bool {
     matches!(state, DriveState::Fault | DriveState::FaultReactionActive)
 }
 
-fn elapsed(from: Option<i64>, to: Option<i64>) -> Option<i64> {
-    Some(to?.saturating_sub(from?))
+fn elapsed(from: Option<Ns>, to: Option<Ns>) -> Option<Ns> {
+    Some(to? - from?)
 }

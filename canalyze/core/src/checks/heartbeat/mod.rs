@@ -13,6 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use self::duplicate_id::{DuplicateId, SeriesPlace};
 use super::limits::POWER_UP_NS;
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::evidence::circumstance::CircumstanceKind;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
@@ -27,9 +28,9 @@ use crate::world::context::Context;
 use crate::world::node::{Node, PerNode};
 
 /// Minimum tolerance for a late heartbeat, in ns: hosts and small controllers are late by this now and then.
-const LEAST_SLACK_NS: i64 = 20_000_000;
+const LEAST_SLACK_NS: Ns = Ns::from_ms(20);
 /// The shortest period, in ns (1017h counts in ms). Shorter gaps come from a buffer and show no period.
-const SHORTEST_NS: i64 = 1_000_000;
+const SHORTEST_NS: Ns = Ns::from_ms(1);
 /// Number of gaps that show the period before a change, if they deviate from it by at most 1/`EVEN_PART`.
 const SHOWN: usize = 3;
 const EVEN_PART: i64 = 16;
@@ -46,31 +47,31 @@ struct Producer {
     unknown: Option<u8>,
     period: Period,
     /// The resolution of the stamps that the period was learnt from, in ns.
-    resolution_ns: i64,
+    resolution_ns: Ns,
     /// 1017h holds 0.
     off: bool,
     /// The shortest consumer time, in ns.
-    consumer: Option<i64>,
+    consumer: Option<Ns>,
     start: Start,
     /// True once an error control frame of the node was seen.
     seen: bool,
     /// The longest gap before the period was known in ns, the heartbeat that ended it, and the longest silence of the
     /// whole bus in it, in ns.
-    unjudged: Option<(i64, FrameRef, i64)>,
+    unjudged: Option<(Ns, FrameRef, Ns)>,
     /// The longest silence of the whole bus since the last heartbeat, in ns.
-    silent_ns: i64,
+    silent_ns: Ns,
     /// The value of 1017h in ns that a request not yet acknowledged writes.
-    requested_ns: Option<i64>,
+    requested_ns: Option<Ns>,
     /// True while all gaps since the first heartbeat that was owed are late, and that was reported: one fault.
     begins_late: bool,
     /// The frame of the first report of its being late or lost since the period was last doubted.
     reported: Option<FrameRef>,
     /// The last late gap in ns, the heartbeat that ended the first like it, and the number of punctual gaps since.
-    late: Option<(i64, FrameRef, u8)>,
+    late: Option<(Ns, FrameRef, u8)>,
     /// The frame at which it counted as lost, and the number of heartbeats since; two punctual ones end the loss.
     lost: Option<(FrameRef, u8)>,
     /// Duration of silences of the whole bus while the next heartbeat was due, in ns.
-    paused_ns: i64,
+    paused_ns: Ns,
     /// The last heartbeat may be a duplicate.
     suspect: bool,
     duplicate: DuplicateId,
@@ -83,16 +84,16 @@ enum Start {
     Over,
     Booted(When),
     /// The time from the boot-up to the first heartbeat in ns, and that heartbeat.
-    First(i64, When),
+    First(Ns, When),
     /// The acknowledged write of 1017h that begins the heartbeats, and its value in ns.
-    Written(When, i64),
+    Written(When, Ns),
 }
 
 /// Returns the nodes that a node monitors, with times in ns, as far as a better source than an EDS shows.
-fn consumed(node: &Node) -> Vec<(usize, i64)> {
+fn consumed(node: &Node) -> Vec<(usize, Ns)> {
     let known = CONSUMED.filter_map(|sub| node.value(0x1016, sub)).filter(|(_, from)| *from > Provenance::Eds);
-    let watched = known.map(|(value, _)| ((value >> 16) as usize & 0x7F, (value & 0xFFFF) as i64 * 1_000_000));
-    watched.filter(|(_, time)| *time > 0).collect()
+    let watched = known.map(|(value, _)| ((value >> 16) as usize & 0x7F, Ns::from_ms((value & 0xFFFF) as i64)));
+    watched.filter(|(_, time)| *time > Ns::ZERO).collect()
 }
 
 /// The heartbeat producers of a bus.
@@ -101,10 +102,10 @@ pub struct Heartbeats {
     producers: PerNode<Producer>,
     owed: Obligations<u8>,
     /// End of the last examined silence of the whole bus, and start of the last reported one, in ns.
-    looked_ns: i64,
-    reported_ns: Option<i64>,
+    looked_ns: Ns,
+    reported_ns: Option<Ns>,
     /// The nodes that each node monitors by 1016h, and the times in ns.
-    consumed: BTreeMap<u8, Vec<(usize, i64)>>,
+    consumed: BTreeMap<u8, Vec<(usize, Ns)>>,
     /// Nodes whose entry in `consumed` is outdated.
     stale: BTreeSet<u8>,
 }
@@ -116,7 +117,7 @@ impl Heartbeats {
     }
 
     /// Returns the heartbeat period of a node, in ns.
-    pub fn period(&self, node: u8) -> Option<i64> {
+    pub fn period(&self, node: u8) -> Option<Ns> {
         let producer = self.producers.get(node)?;
         // Coarse stamps show multiples of their unit, whatever the period.
         let learnt = producer.expected().filter(|ns| *ns > producer.resolution_ns);
@@ -125,10 +126,10 @@ impl Heartbeats {
 
     /// Returns true if a node's heartbeat is overdue at `now_ns`: it counts as lost, or would if the whole bus were not
     /// silent. False for a node that was reset or is not monitored for another reason.
-    pub fn is_overdue(&self, node: u8, now_ns: i64) -> bool {
+    pub fn is_overdue(&self, node: u8, now_ns: Ns) -> bool {
         let Some(producer) = self.producers.get(node) else { return false };
         let last = producer.last.and_then(|last| last.at.t_ns);
-        let late = |limit: i64| last.is_some_and(|last| now_ns.saturating_sub(last) > limit);
+        let late = |limit: Ns| last.is_some_and(|last| now_ns - last > limit);
         producer.is_lost() || producer.limit().is_some_and(late)
     }
 
@@ -153,13 +154,13 @@ impl Heartbeats {
         let mut consumers = [None; 128];
         for (watched, time) in self.consumed.values().flatten() {
             if let Some(slot) = consumers.get_mut(*watched) {
-                *slot = Some(slot.map_or(*time, |before: i64| before.min(*time)));
+                *slot = Some(slot.map_or(*time, |before: Ns| before.min(*time)));
             }
         }
         for (id, consumer) in (0..).zip(consumers) {
             let produced = nodes.get(id).and_then(|node| node.value(0x1017, 0));
             let configured = produced.filter(|(_, from)| *from > Provenance::Eds);
-            let configured = configured.map(|(ms, _)| (ms & 0xFFFF) as i64 * 1_000_000);
+            let configured = configured.map(|(ms, _)| Ns::from_ms((ms & 0xFFFF) as i64));
             if consumer.is_none() && configured.is_none() && self.producers.get(id).is_none() {
                 continue;
             }
@@ -173,16 +174,16 @@ impl Heartbeats {
     }
 
     /// Takes a write request to 1017h; `ns` is the new period.
-    pub fn written(&mut self, node: u8, ns: i64, cx: &Context<'_>) {
+    pub fn written(&mut self, node: u8, ns: Ns, cx: &Context<'_>) {
         let Some(producer) = self.producers.get_mut(node) else { return };
-        let before = producer.expected().unwrap_or(0);
+        let before = producer.expected().unwrap_or(Ns::ZERO);
         producer.period.doubt();
         (producer.last, producer.start, producer.late, producer.unjudged) = (None, Start::Over, None, None);
         (producer.requested_ns, producer.begins_late, producer.reported) = (Some(ns), false, None);
         // The write restarts the period. If the server refuses it, the old one continues.
-        if self.owed.met(node).is_some() && ns > 0 {
+        if self.owed.met(node).is_some() && ns > Ns::ZERO {
             let period = before.max(ns);
-            let limit_ns = period.saturating_mul(3).saturating_add(slack(period, Confidence::Configured));
+            let limit_ns = period * 3 + slack(period, Confidence::Configured);
             self.owed.open(node, Owed { since: cx.when, limit_ns, why: Some(cx.at) });
         }
     }
@@ -191,10 +192,10 @@ impl Heartbeats {
     pub fn acknowledged(&mut self, node: u8, cx: &Context<'_>) {
         let Some(producer) = self.producers.get_mut(node) else { return };
         // Only a node whose error control is in the capture is known to owe its heartbeats there.
-        if let Some(ns) = producer.requested_ns.take().filter(|ns| *ns > 0 && producer.seen) {
-            (producer.start, producer.paused_ns) = (Start::Written(cx.when, ns), 0);
+        if let Some(ns) = producer.requested_ns.take().filter(|ns| *ns > Ns::ZERO && producer.seen) {
+            (producer.start, producer.paused_ns) = (Start::Written(cx.when, ns), Ns::ZERO);
             if self.owed.get(node).is_none() {
-                let limit_ns = ns.saturating_mul(3).saturating_add(slack(ns, Confidence::Configured));
+                let limit_ns = ns * 3 + slack(ns, Confidence::Configured);
                 self.owed.open(node, Owed { since: cx.when, limit_ns, why: Some(cx.at) });
             }
         }
@@ -295,7 +296,7 @@ impl Heartbeats {
         }
         producer.lost = producer.lost.filter(|(_, since)| *since == 0).map(|(at, _)| (at, 1));
         producer.begin(node, cx);
-        (producer.paused_ns, producer.silent_ns) = (0, 0);
+        (producer.paused_ns, producer.silent_ns) = (Ns::ZERO, Ns::ZERO);
         let limit = producer.limit();
         cx.evidence.pending.alive(node, limit.is_some());
         match limit {
@@ -306,14 +307,14 @@ impl Heartbeats {
 
     /// Reports heartbeats missing at `now_ns`. `heard`: the time comes from a frame, not from the clock alone.
     #[inline]
-    pub fn advance(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
+    pub fn advance(&mut self, now_ns: Ns, heard: bool, cx: &mut Context<'_>) {
         let ended = cx.evidence.recording.ended_silence(now_ns).is_some();
         if !heard || ended || self.owed.may_be_due(now_ns) {
             self.judge(now_ns, heard, cx);
         }
     }
 
-    fn judge(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
+    fn judge(&mut self, now_ns: Ns, heard: bool, cx: &mut Context<'_>) {
         let silence = cx.evidence.recording.silence(now_ns).filter(|silence| silence.to_ns == now_ns);
         let silence = silence.map(|silence| self.with_producers(silence));
         let now = cx.clock(now_ns);
@@ -332,9 +333,8 @@ impl Heartbeats {
 
     /// Adds the producers whose heartbeat was due in a silence.
     fn with_producers(&self, silence: Silence) -> Silence {
-        let due =
-            |one: &Producer| Some(one.since()?.at.t_ns?.saturating_add(one.expected()?.saturating_add(LEAST_SLACK_NS)));
-        let within = |due: i64| silence.from_ns < due && due < silence.to_ns;
+        let due = |one: &Producer| Some(one.since()?.at.t_ns? + (one.expected()? + LEAST_SLACK_NS));
+        let within = |due: Ns| silence.from_ns < due && due < silence.to_ns;
         let missing = self.producers.iter().filter(|(_, one)| due(one).is_some_and(within));
         missing.fold(silence, |silence, (id, _)| Silence { missing: silence.missing | 1 << (id & 0x7F), ..silence })
     }
@@ -347,10 +347,10 @@ impl Heartbeats {
             if !producer.misses(node, silence) {
                 continue;
             }
-            producer.paused_ns = producer.paused_ns.saturating_add(silence.ns());
+            producer.paused_ns += silence.ns();
             let Some(owed) = self.owed.get(node).copied() else { continue };
             missing += 1;
-            overdue |= owed.since.at.t_ns.is_some_and(|since| since.saturating_add(owed.limit_ns) < silence.to_ns);
+            overdue |= owed.since.at.t_ns.is_some_and(|since| since + owed.limit_ns < silence.to_ns);
             self.owed.open(node, Owed { since: cx.when, ..owed });
         }
         if overdue {
@@ -384,7 +384,7 @@ impl Heartbeats {
         producer.lost = Some((because_of.unwrap_or(cx.at), 0));
         producer.reported.get_or_insert(cx.at);
         let last = producer.last.unwrap_or(owed.since);
-        let (silence, limit) = (cx.evidence.recording.between(last, now).unwrap_or(0), owed.limit_ns);
+        let (silence, limit) = (cx.evidence.recording.between(last, now).unwrap_or(Ns::ZERO), owed.limit_ns);
         let what = match (producer.start, producer.consumer) {
             (Start::Written(_, expected), _) => Hbt002::AfterWrite { silence, expected },
             (_, Some(time)) if time >= limit => Hbt002::ConsumerTime { silence, limit },
@@ -410,9 +410,9 @@ impl Heartbeats {
 }
 
 impl Producer {
-    fn configure(&mut self, configured: Option<i64>) {
+    fn configure(&mut self, configured: Option<Ns>) {
         let before = self.period.configured_ns();
-        self.off = configured == Some(0);
+        self.off = configured == Some(Ns::ZERO);
         self.period.configure(configured);
         let known = self.period.learnt_ns();
         if configured != before && !configured.is_some_and(|ns| known.is_some_and(|known| alike(known, ns))) {
@@ -427,7 +427,7 @@ impl Producer {
     fn pause(&mut self) {
         self.period.doubt();
         (self.last, self.state, self.late, self.lost) = (None, None, None, None);
-        (self.start, self.paused_ns, self.unjudged, self.requested_ns) = (Start::Over, 0, None, None);
+        (self.start, self.paused_ns, self.unjudged, self.requested_ns) = (Start::Over, Ns::ZERO, None, None);
         (self.begins_late, self.reported) = (false, None);
         self.duplicate = DuplicateId::default();
     }
@@ -444,25 +444,23 @@ impl Producer {
         }
     }
 
-    fn expected(&self) -> Option<i64> {
+    fn expected(&self) -> Option<Ns> {
         Some(self.period.expected()?.ns)
     }
 
     /// Returns the tolerance for a late heartbeat, in ns.
-    fn slack(&self) -> i64 {
-        self.period
-            .expected()
-            .map_or(LEAST_SLACK_NS, |known| slack(known.ns, known.confidence).saturating_add(known.deviation_ns))
+    fn slack(&self) -> Ns {
+        self.period.expected().map_or(LEAST_SLACK_NS, |known| slack(known.ns, known.confidence) + known.deviation_ns)
     }
 
     /// Returns the maximum time of silence, in ns; `None` if unlimited.
-    fn limit(&self) -> Option<i64> {
+    fn limit(&self) -> Option<Ns> {
         if self.off && self.period.learnt_ns().is_none() {
             return None;
         }
         match (self.consumer, self.expected()) {
-            (Some(time), Some(period)) => Some(time.max(period.saturating_add(self.slack()))),
-            (None, Some(period)) => Some(period.saturating_mul(3).saturating_add(self.slack())),
+            (Some(time), Some(period)) => Some(time.max(period + self.slack())),
+            (None, Some(period)) => Some(period * 3 + self.slack()),
             (time, None) => time,
         }
     }
@@ -471,28 +469,28 @@ impl Producer {
     fn misses(&self, node: u8, silence: Silence) -> bool {
         let Some(last) = self.since().and_then(|last| last.at.t_ns) else { return false };
         let Some(wait) = self.expected().or(self.consumer) else { return false };
-        let due = last.saturating_add(wait);
-        silence.is_of_all(node, wait) && due < silence.to_ns && due.saturating_add(self.slack()) > silence.from_ns
+        let due = last + wait;
+        silence.is_of_all(node, wait) && due < silence.to_ns && due + self.slack() > silence.from_ns
     }
 
     /// Judges the gap between two heartbeats, and learns from it.
     fn gap(&mut self, node: u8, last: When, changed: bool, cx: &mut Context<'_>) {
         let recording = &cx.evidence.recording;
-        let Some(gap) = recording.between(last, cx.when).filter(|gap| *gap > 0) else {
+        let Some(gap) = recording.between(last, cx.when).filter(|gap| *gap > Ns::ZERO) else {
             return self.duplicate.interrupt();
         };
         let suspect = std::mem::replace(&mut self.suspect, cx.sighting == Sighting::Suspect) || self.suspect;
         let teaches = gap >= SHORTEST_NS
             && recording.teaches(cx.when)
             && recording.teaches(last)
-            && self.paused_ns == 0
+            && self.paused_ns == Ns::ZERO
             && !suspect;
         let held_back = cx.at.t_ns.and_then(|now| recording.ended_silence(now)).is_some_and(|silence| silence.odd);
         let mut verdict = None;
         if let Some(period) = self.expected().filter(|_| !self.is_lost() && self.period.is_known()) {
             // After a pause it may be a whole period late, because its clock went on meanwhile.
-            let paused_ns = if self.paused_ns > 0 { self.paused_ns.saturating_add(period) } else { 0 };
-            let limit = period.saturating_add(self.slack()).saturating_add(paused_ns);
+            let paused_ns = if self.paused_ns > Ns::ZERO { self.paused_ns + period } else { Ns::ZERO };
+            let limit = period + self.slack() + paused_ns;
             let late = recording.certainly_later(cx.when, last, limit) && !held_back;
             verdict = Some((period, late));
         } else if teaches && !held_back && !self.is_lost() && self.unjudged.is_none_or(|(most, ..)| most < gap) {
@@ -508,7 +506,7 @@ impl Producer {
         }
     }
 
-    fn judge(&mut self, node: u8, (found, expected): (i64, i64), late: bool, cx: &mut Context<'_>) {
+    fn judge(&mut self, node: u8, (found, expected): (Ns, Ns), late: bool, cx: &mut Context<'_>) {
         self.begins_late &= !alike(found, expected);
         if !late {
             self.late = self.late.filter(|(.., since)| *since == 0).map(|(gap, first, _)| (gap, first, 1));
@@ -525,7 +523,7 @@ impl Producer {
     }
 
     /// Learns from the gap between two heartbeats in the same state.
-    fn learn(&mut self, node: u8, gap: i64, last: When, cx: &mut Context<'_>) {
+    fn learn(&mut self, node: u8, gap: Ns, last: When, cx: &mut Context<'_>) {
         let uncertain = cx.evidence.recording.resolution_ns();
         self.resolution_ns = uncertain;
         let gap = match self.duplicate.gap(node, gap, last.at, &self.period, uncertain, cx) {
@@ -538,7 +536,7 @@ impl Producer {
             Learnt::First => return self.certain(node, cx),
             Learnt::Nothing => return self.known(node, cx),
         };
-        let halved = alike(from, to.saturating_mul(2));
+        let halved = alike(from, to * 2);
         // A few heartbeats do not show the period: the change may be older than the recording. Fewer suffice, if even,
         // to show that another node sends in half phase.
         let configured = self.period.configured_ns().is_some_and(|ns| alike(ns, from));
@@ -561,7 +559,7 @@ impl Producer {
     fn certain(&mut self, node: u8, cx: &mut Context<'_>) {
         self.known(node, cx);
         let (Some(found), Some(expected)) = (self.period.learnt_ns(), self.period.configured_ns()) else { return };
-        let least = found.saturating_sub(self.resolution_ns);
+        let least = found - self.resolution_ns;
         let slower = least > expected && !alike(least, expected);
         if slower && !self.duplicate.is_found() {
             let finding = cx.verdict(Hbt001::Slower { found, expected }, Some(node), None, None);
@@ -578,7 +576,7 @@ impl Producer {
         let (Some((found, at, silent_ns)), Some(expected)) = (self.unjudged.take(), self.expected()) else { return };
         let slack = self.slack().max(slack(expected, Confidence::Likely));
         // The gap may seem longer by one step of the stamps, and the few others shorter.
-        let limit = expected.saturating_add(slack).saturating_add(self.resolution_ns.saturating_mul(2));
+        let limit = expected + slack + self.resolution_ns * 2;
         if found <= limit || silent_ns > limit || self.late.is_some() || self.duplicate.is_found() {
             return;
         }
@@ -593,9 +591,9 @@ impl Producer {
         match std::mem::take(&mut self.start) {
             Start::Booted(boot) if recording.teaches(boot) && recording.teaches(cx.when) => {
                 let Some(found) = recording.between(boot, cx.when) else { return };
-                let found = found.saturating_sub(self.paused_ns);
+                let found = found - self.paused_ns;
                 self.start = Start::First(found, cx.when);
-                if self.paused_ns == 0 && self.expected().is_some_and(|expected| equal(expected, found)) {
+                if self.paused_ns == Ns::ZERO && self.expected().is_some_and(|expected| equal(expected, found)) {
                     self.period.take(found, recording.resolution_ns(), cx.at);
                 }
             }
@@ -608,21 +606,21 @@ impl Producer {
                     }
                     return;
                 };
-                if alike(expected, second) && found > expected.saturating_add(self.slack()) {
+                if alike(expected, second) && found > expected + self.slack() {
                     let finding = cx.verdict(Hbt001::Late { found, expected }, Some(node), None, None);
                     cx.report_timed(Finding { at: first.at, ..finding });
                 }
             }
             Start::Written(since, expected) if recording.teaches(since) && recording.teaches(cx.when) => {
                 let Some(found) = recording.between(since, cx.when) else { return };
-                let found = found.saturating_sub(self.paused_ns);
+                let found = found - self.paused_ns;
                 // The former period may run to its end. A node may begin the new one with a delay, but by a whole
                 // period one heartbeat is missing.
-                let period = expected.max(self.expected().unwrap_or(0));
-                let limit = period.saturating_add((expected / 4 * 3).max(LEAST_SLACK_NS));
+                let period = expected.max(self.expected().unwrap_or(Ns::ZERO));
+                let limit = period + (expected / 4 * 3).max(LEAST_SLACK_NS);
                 // The recorder may have held it back.
                 let ended = cx.at.t_ns.and_then(|now| recording.ended_silence(now)).filter(|silence| silence.odd);
-                let limit = limit.saturating_add(self.paused_ns.max(ended.map_or(0, |silence| silence.ns())));
+                let limit = limit + self.paused_ns.max(ended.map_or(Ns::ZERO, |silence| silence.ns()));
                 if recording.certainly_later(cx.when, since, limit) {
                     self.begins_late = true;
                     self.reported.get_or_insert(cx.at);
@@ -640,17 +638,17 @@ impl Producer {
 }
 
 /// Returns the tolerance of a period, in ns.
-fn slack(period: i64, confidence: Confidence) -> i64 {
+fn slack(period: Ns, confidence: Confidence) -> Ns {
     let percent = if confidence == Confidence::Certain { 30 } else { 45 };
-    (period.saturating_mul(percent) / 100).max(LEAST_SLACK_NS)
+    (period * percent / 100).max(LEAST_SLACK_NS)
 }
 
 /// Returns true if two times differ by no more than even gaps do.
-fn equal(one: i64, other: i64) -> bool {
-    one.abs_diff(other) <= (one.max(other) / EVEN_PART).unsigned_abs()
+fn equal(one: Ns, other: Ns) -> bool {
+    one.abs_diff(other) <= (one.max(other) / EVEN_PART).abs()
 }
 
 /// Returns true if two times differ by no more than an eighth.
-fn alike(one: i64, other: i64) -> bool {
-    one.abs_diff(other) <= (one.max(other) / 8).unsigned_abs()
+fn alike(one: Ns, other: Ns) -> bool {
+    one.abs_diff(other) <= (one.max(other) / 8).abs()
 }

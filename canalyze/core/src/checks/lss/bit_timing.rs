@@ -2,6 +2,7 @@
 
 use super::withheld::Withheld;
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::rules::finding::Code;
 use crate::rules::lss::Lss008;
 use crate::wire::lss::bit_rate;
@@ -10,7 +11,7 @@ use crate::world::context::Context;
 use crate::world::event::{Event, Note, What};
 
 /// Maximum time from the return to waiting to the activation of a bit timing, in ns; masters do it at once.
-const ACTIVATION_NS: i64 = 500_000_000;
+const ACTIVATION_NS: Ns = Ns::from_ms(500);
 
 /// A bit timing accepted by a slave.
 #[derive(Debug)]
@@ -19,16 +20,16 @@ struct Accepted {
     rate: Option<u16>,
     stored: bool,
     /// The latest time for its activation, in ns, after the slaves have returned to waiting.
-    until_ns: Option<i64>,
+    until_ns: Option<Ns>,
 }
 
 /// The silence of the bus during the change of the bit rate.
 #[derive(Debug)]
 struct Silence {
     at: FrameRef,
-    from_ns: i64,
-    to_ns: i64,
-    delay_ns: i64,
+    from_ns: Ns,
+    to_ns: Ns,
+    delay_ns: Ns,
 }
 
 /// The state of a bus's bit timing.
@@ -59,7 +60,7 @@ impl BitTiming {
     /// Takes the slaves' return to waiting.
     pub fn waiting(&mut self, at: FrameRef) {
         if let Some(accepted) = &mut self.accepted {
-            accepted.until_ns = at.t_ns.map(|now| now.saturating_add(ACTIVATION_NS));
+            accepted.until_ns = at.t_ns.map(|now| now + ACTIVATION_NS);
         }
     }
 
@@ -78,16 +79,16 @@ impl BitTiming {
         let Some(Accepted { at, rate, .. }) = self.accepted.take() else { return false };
         cx.push(Some(at), None, What::Note(Note::BitTimingActivated { delay, rate }));
         let Some(now) = cx.at.t_ns else { return true };
-        let delay_ns = i64::from(delay) * 1_000_000;
+        let delay_ns = Ns::from_ms(delay.into());
         // Tolerance at either end for frames on their way and differing clocks.
         let grace = cx.evidence.recording.lag_ns().max(delay_ns / 10);
-        let (from_ns, to_ns) = (now.saturating_add(grace), now.saturating_add(2 * delay_ns - grace));
+        let (from_ns, to_ns) = (now + grace, now + (2 * delay_ns - grace));
         self.silence = (from_ns < to_ns).then_some(Silence { at: cx.at, from_ns, to_ns, delay_ns });
         true
     }
 
     /// Judges a frame during the silence. Error frames belong to a change of the bit rate.
-    pub fn heard(&mut self, now_ns: i64, findings: &mut Withheld, cx: &mut Context<'_>) {
+    pub fn heard(&mut self, now_ns: Ns, findings: &mut Withheld, cx: &mut Context<'_>) {
         let Some(silence) = self.silence.take_if(|silence| silence.from_ns <= now_ns) else { return };
         if now_ns >= silence.to_ns {
             return;
@@ -96,15 +97,15 @@ impl BitTiming {
         match own.map(|Event { what, .. }| what) {
             None | Some(What::Message(Message::ErrorFrame)) => self.silence = Some(silence),
             Some(_) => {
-                let elapsed = now_ns.saturating_sub(silence.at.t_ns.unwrap_or(now_ns));
-                let what = Lss008::Frame { elapsed, silence: silence.delay_ns.saturating_mul(2) };
+                let elapsed = now_ns - silence.at.t_ns.unwrap_or(now_ns);
+                let what = Lss008::Frame { elapsed, silence: silence.delay_ns * 2 };
                 findings.raise(what, None, Some(silence.at), cx);
             }
         }
     }
 
     /// Reports a bit timing that should be activated, or at least stored, by `now_ns`.
-    pub fn advance(&mut self, now_ns: i64, findings: &mut Withheld, cx: &mut Context<'_>) {
+    pub fn advance(&mut self, now_ns: Ns, findings: &mut Withheld, cx: &mut Context<'_>) {
         let overdue = |accepted: &mut Accepted| accepted.until_ns.is_some_and(|until| until <= now_ns);
         if let Some(Accepted { at, stored: false, .. }) = self.accepted.take_if(overdue) {
             findings.raise_timed(Code::Lss006, None, Some(at), cx);
@@ -112,7 +113,7 @@ impl BitTiming {
     }
 
     /// Returns the time of the next deadline, in ns.
-    pub fn due(&self) -> Option<i64> {
+    pub fn due(&self) -> Option<Ns> {
         let silence = self.silence.as_ref().map(|silence| silence.from_ns);
         self.accepted.as_ref().and_then(|accepted| accepted.until_ns).into_iter().chain(silence).min()
     }

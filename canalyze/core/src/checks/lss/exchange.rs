@@ -3,13 +3,14 @@
 //! LSS frames carry no number, so only the last request of each kind is kept. Verdicts are given in `checks::lss`.
 
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::sdo::limits::UNANSWERED_NS;
 use crate::wire::lss::{Bound, Command, LssSetting, Part};
 
 /// Maximum number of kept answers that may have been captured before their request.
 const EARLY: usize = 8;
 /// Maximum time to an answer of a slave that writes its memory, in ns.
-const STORE_NS: i64 = 5_000_000_000;
+const STORE_NS: Ns = Ns::from_s(5);
 
 /// A kind of request that is answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,7 +120,7 @@ impl Exchange {
     }
 
     /// Returns the maximum time to the answer, in ns.
-    pub fn limit_ns(self) -> i64 {
+    pub fn limit_ns(self) -> Ns {
         if self == Self::Store { STORE_NS } else { UNANSWERED_NS }
     }
 }
@@ -175,7 +176,7 @@ pub struct Exchanges {
     asked: [Option<Asked>; KINDS],
     early: Vec<Early>,
     /// Maximum delay with which the recording lists the master's frames, in ns.
-    pub lag_ns: i64,
+    pub lag_ns: Ns,
     /// Number of the master's frames since the capture's start or last gap, and the last of them.
     seen: u64,
     last: Option<FrameRef>,
@@ -229,7 +230,7 @@ impl Exchanges {
     /// Returns true if answers to a request of this kind may still come at `at`.
     pub fn is_recent(&self, exchange: Exchange, at: FrameRef) -> bool {
         self.get(exchange).is_some_and(|asked| match (asked.at.t_ns, at.t_ns) {
-            (Some(asked), Some(at)) => at.saturating_sub(asked) <= exchange.limit_ns(),
+            (Some(asked), Some(at)) => at - asked <= exchange.limit_ns(),
             _ => true,
         })
     }
@@ -264,8 +265,8 @@ impl Exchanges {
     }
 
     /// Removes and returns early answers whose request has not followed.
-    pub fn stale(&mut self, now_ns: i64) -> Vec<Early> {
-        let kept = |early: &Early| early.at.t_ns.is_none_or(|at| now_ns.saturating_sub(at) <= self.lag_ns);
+    pub fn stale(&mut self, now_ns: Ns) -> Vec<Early> {
+        let kept = |early: &Early| early.at.t_ns.is_none_or(|at| now_ns - at <= self.lag_ns);
         if self.early.iter().all(kept) {
             return Vec::new();
         }
@@ -275,10 +276,9 @@ impl Exchanges {
     }
 
     /// Returns a request that was not answered in time.
-    pub fn overdue(&mut self, now_ns: i64) -> Option<(Exchange, Asked)> {
-        let late = |asked: &Asked, exchange: Exchange| {
-            asked.at.t_ns.is_some_and(|at| at.saturating_add(exchange.limit_ns()) <= now_ns)
-        };
+    pub fn overdue(&mut self, now_ns: Ns) -> Option<(Exchange, Asked)> {
+        let late =
+            |asked: &Asked, exchange: Exchange| asked.at.t_ns.is_some_and(|at| at + exchange.limit_ns() <= now_ns);
         OWING.iter().find_map(|exchange| {
             let asked = self.asked.get_mut(*exchange as usize)?.as_mut()?;
             // An answer that may belong to an earlier request shows that a slave is there.
@@ -350,12 +350,12 @@ impl Exchanges {
     }
 
     /// Returns the time of the next deadline, in ns.
-    pub fn due(&self) -> Option<i64> {
+    pub fn due(&self) -> Option<Ns> {
         let open = OWING.iter().filter_map(|exchange| {
             let asked = self.get(*exchange).filter(|asked| asked.owes() && !asked.answered)?;
-            Some(asked.at.t_ns?.saturating_add(exchange.limit_ns()))
+            Some(asked.at.t_ns? + exchange.limit_ns())
         });
-        let early = self.early.iter().filter_map(|early| Some(early.at.t_ns?.saturating_add(self.lag_ns + 1)));
+        let early = self.early.iter().filter_map(|early| Some(early.at.t_ns? + (self.lag_ns + Ns(1))));
         open.chain(early).min()
     }
 
@@ -395,6 +395,6 @@ pub fn specifier(command: Command) -> u8 {
 
 /// Returns true if an answer may belong to a request that follows it. `lag_ns`: maximum delay with which the recording
 /// lists the host's own frames.
-pub fn close(answer: FrameRef, request: FrameRef, lag_ns: i64) -> bool {
-    request.since(answer).is_none_or(|age| (0..=lag_ns).contains(&age))
+pub fn close(answer: FrameRef, request: FrameRef, lag_ns: Ns) -> bool {
+    request.since(answer).is_none_or(|age| (Ns::ZERO..=lag_ns).contains(&age))
 }

@@ -7,6 +7,7 @@
 
 use super::exchange::close;
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::wire::lss::BIT_CHECK_ANY;
 use crate::world::event::Scanned;
 
@@ -46,7 +47,7 @@ struct Scan {
 
 impl Fastscan {
     /// Takes a step of the master, which may be listed `lag_ns` late; returns a scan abandoned for it.
-    pub fn step(&mut self, step: ScanStep, at: FrameRef, lag_ns: i64) -> Option<Over> {
+    pub fn step(&mut self, step: ScanStep, at: FrameRef, lag_ns: Ns) -> Option<Over> {
         let over = if step.bit_check == BIT_CHECK_ANY { self.give_up() } else { None };
         let scan = self.scan.get_or_insert(Scan {
             first: at,
@@ -126,7 +127,7 @@ impl Scan {
     }
 
     fn over(&self, found: bool, end: FrameRef) -> Over {
-        let duration_ns = end.t_ns.zip(self.first.t_ns).map(|(end, first)| end.saturating_sub(first));
+        let duration_ns = end.t_ns.zip(self.first.t_ns).map(|(end, first)| end - first);
         (self.first, Scanned { found, address: self.address, frames: self.frames, duration_ns })
     }
 }

@@ -19,6 +19,7 @@ use self::node_id::{Before, NodeIds};
 use self::selection::{Selected, Selection};
 use self::withheld::Withheld;
 use crate::bytes::frame::{Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Verdict;
 use crate::rules::finding::Code;
@@ -33,7 +34,7 @@ use crate::world::event::{Note, What};
 use crate::world::node::{Node, PerNode};
 
 /// Time after its last step for which a Fastscan counts as in progress, in ns.
-const PATIENCE_NS: i64 = 5_000_000_000;
+const PATIENCE_NS: Ns = Ns::from_s(5);
 
 /// The state of LSS on one bus.
 #[derive(Debug, Default)]
@@ -45,7 +46,7 @@ pub struct Lss {
     node_ids: NodeIds,
     bit_timing: BitTiming,
     /// The time of the next deadline, in ns.
-    due_ns: Option<i64>,
+    due_ns: Option<Ns>,
 }
 
 impl Lss {
@@ -97,13 +98,13 @@ impl Lss {
 
     /// Reports what is overdue at `now_ns`, and a frame that breaks the silence.
     #[inline]
-    pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+    pub fn advance(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
         if self.due_ns.is_some_and(|due_ns| now_ns >= due_ns) {
             self.judge_due(now_ns, cx);
         }
     }
 
-    fn judge_due(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+    fn judge_due(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
         // In a burst, an answer may follow frames that came after it was due.
         if cx.evidence.recording.verdict(cx.when.burst) == Some(Verdict::Confirmed) {
             return;
@@ -114,7 +115,7 @@ impl Lss {
         while let Some((exchange, asked)) = self.exchanges.overdue(now_ns) {
             self.unanswered(exchange, asked, cx);
         }
-        if self.scan.last().and_then(|last| last.t_ns).is_some_and(|last| last.saturating_add(PATIENCE_NS) <= now_ns) {
+        if self.scan.last().and_then(|last| last.t_ns).is_some_and(|last| last + PATIENCE_NS <= now_ns) {
             let over = self.scan.give_up();
             self.scan.lost();
             self.scanned(over, cx);
@@ -424,7 +425,7 @@ impl Lss {
     }
 
     fn schedule(&mut self) {
-        let scan = self.scan.last().and_then(|last| last.t_ns).map(|last| last.saturating_add(PATIENCE_NS));
+        let scan = self.scan.last().and_then(|last| last.t_ns).map(|last| last + PATIENCE_NS);
         let due = [self.exchanges.due(), self.node_ids.due(), scan, self.bit_timing.due()];
         self.due_ns = due.into_iter().flatten().min();
     }

@@ -6,6 +6,7 @@
 
 use super::withheld::Withheld;
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::checks::limits::BOOT_NS;
 use crate::rules::lss::Lss005;
 use crate::wire::nmt::RESET_COMMUNICATION;
@@ -36,7 +37,7 @@ struct NodeIdChange {
     /// It may be in effect because the slave has left the configuration state or nodes were reset.
     active: bool,
     /// The frame from which on a boot-up is expected, and the deadline in ns.
-    expected: Option<(FrameRef, i64)>,
+    expected: Option<(FrameRef, Ns)>,
 }
 
 /// The node-IDs assigned on a bus.
@@ -132,7 +133,7 @@ impl NodeIds {
     }
 
     /// Reports nodes that should have booted by `now_ns`.
-    pub fn advance(&mut self, now_ns: i64, findings: &mut Withheld, cx: &mut Context<'_>) {
+    pub fn advance(&mut self, now_ns: Ns, findings: &mut Withheld, cx: &mut Context<'_>) {
         for change in &mut self.changes {
             if let Some((since, until)) = change.expected
                 && now_ns > until
@@ -145,7 +146,7 @@ impl NodeIds {
     }
 
     /// Returns the time of the next deadline, in ns.
-    pub fn due(&self) -> Option<i64> {
+    pub fn due(&self) -> Option<Ns> {
         self.changes.iter().filter_map(|change| Some(change.expected?.1)).min()
     }
 
@@ -161,7 +162,7 @@ impl NodeIds {
 impl NodeIdChange {
     fn await_boot_up(&mut self, at: FrameRef) {
         if let (Some(now), None) = (at.t_ns, self.expected) {
-            self.expected = Some((at, now.saturating_add(BOOT_NS)));
+            self.expected = Some((at, now + BOOT_NS));
         }
     }
 }

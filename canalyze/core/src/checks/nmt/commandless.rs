@@ -4,16 +4,17 @@
 //! change as only a master changes them, commands are missing and nothing is reported. Spontaneous changes are found in
 //! `nmt`.
 
+use crate::bytes::ns::Ns;
 use crate::evidence::Rules;
 use crate::rules::finding::{Code, Finding};
 use crate::wire::error_control::PRE_OPERATIONAL;
 use crate::world::context::Context;
 
 /// Maximum time that findings wait without a command, in ns, and their maximum number.
-const WAIT_NS: i64 = 10_000_000_000;
+const WAIT_NS: Ns = Ns::from_s(10);
 const KEPT: usize = 64;
 /// Time within which changes of state count as simultaneous, in ns: heartbeats show them one after the other.
-const TOGETHER_NS: i64 = 1_000_000_000;
+const TOGETHER_NS: Ns = Ns::from_s(1);
 
 /// The waiting findings of a bus.
 #[derive(Debug, Default)]
@@ -71,8 +72,8 @@ impl Commandless {
     }
 
     /// Takes a finding that no command explains. `wait_ns`: time in which something else may explain it.
-    pub fn find(&mut self, finding: Finding, wait_ns: i64, cx: &mut Context<'_>) {
-        if self.commanded && wait_ns > 0 && finding.because_of.is_none() {
+    pub fn find(&mut self, finding: Finding, wait_ns: Ns, cx: &mut Context<'_>) {
+        if self.commanded && wait_ns > Ns::ZERO && finding.because_of.is_none() {
             cx.report_later(finding, wait_ns);
         } else if self.commanded {
             cx.report(finding);

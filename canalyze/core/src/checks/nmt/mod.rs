@@ -13,6 +13,7 @@ use self::commandless::Commandless;
 use self::node_state::{NodeState, PendingCommand, Reports, Spontaneous, Suspect, bit, bits_of};
 use super::limits::{BOOT_NS, POWER_UP_NS};
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::evidence::Obligations;
 use crate::evidence::circumstance::CircumstanceKind as Circumstance;
 use crate::evidence::duplicates::Sighting;
@@ -28,32 +29,32 @@ use crate::world::context::Context;
 use crate::world::node::PerNode;
 
 /// Silence of the bus, in ns, after which boot-ups belong to a network that was switched on.
-pub(super) const SWITCHED_ON_NS: i64 = 2_000_000_000;
+pub(super) const SWITCHED_ON_NS: Ns = Ns::from_s(2);
 /// Maximum number of frames between the boot-ups of nodes switched on together, used without stamps.
 const TOGETHER: u64 = 10;
 /// Time in which several resets in a row may cause as many boot-ups, in ns.
-pub(super) const RESETS_NS: i64 = 1_000_000_000;
+pub(super) const RESETS_NS: Ns = Ns::from_s(1);
 /// Time in which a boot-up is explained by LSS returning its slaves to waiting, in ns.
-const ACTIVATED_NS: i64 = 5_000_000_000;
+const ACTIVATED_NS: Ns = Ns::from_s(5);
 /// Boot-ups of one node-ID closer than this come from two nodes, in ns.
-const TWO_BOOT_UPS_NS: i64 = 20_000_000;
+const TWO_BOOT_UPS_NS: Ns = Ns::from_ms(20);
 /// A node that boots within this time after its last heartbeat did not lose its power, in ns; or within the time after
 /// which heartbeats are missing.
-const RESTART_NS: i64 = 1_000_000_000;
+const RESTART_NS: Ns = Ns::from_s(1);
 /// Maximum time of a boot-up after a reset at the end of a capture, in ns, for a node that has sent nothing since.
-const LEAST_BOOT_NS: i64 = 1_000_000_000;
+const LEAST_BOOT_NS: Ns = Ns::from_s(1);
 /// Time for which a node seen first after a command may show its old state, in ns.
-const FIRST_SEEN_NS: i64 = 1_000_000_000;
+const FIRST_SEEN_NS: Ns = Ns::from_s(1);
 /// Number of heartbeat periods for which a change of state waits: two nodes with one node-ID alternate.
 const ALTERNATES: i64 = 3;
 /// Time in which a node may act, and others address it, as before a command, in ns.
-pub(super) const OBEYED_NS: i64 = 50_000_000;
+pub(super) const OBEYED_NS: Ns = Ns::from_ms(50);
 /// The same in frames, used without stamps.
 const OBEYED_FRAMES: u64 = 8;
 /// Number of reported states that show a running node, not one about to obey a reset before the capture.
 const RUNNING: u8 = 3;
 /// Maximum time from a frame taken for a reset to the boot-up, in ns.
-const GARBLED_NS: i64 = 5_000_000_000;
+const GARBLED_NS: Ns = Ns::from_s(5);
 /// Known commands beyond CiA 301: sleep and standby.
 const EXTENSIONS: [u8; 2] = [0x50, 0x60];
 
@@ -104,13 +105,13 @@ pub struct Nmt {
     shows_states: bool,
     /// The last command to all, for nodes not seen before it.
     broadcast: Option<PendingCommand>,
-    activated: Option<i64>,
+    activated: Option<Ns>,
     /// The first frame of the capture or after a gap.
     began: Option<FrameRef>,
     /// The last boot-up with an assigned node-ID.
     moved: Option<FrameRef>,
     /// The time of the first boot-up after a silence, when the network was switched on, in ns.
-    switched_on: Option<i64>,
+    switched_on: Option<Ns>,
     /// The last invalid frame on the NMT identifier; nodes may have obeyed its intended command.
     garbled: Option<FrameRef>,
     /// Commands always preceded their effects: the capture is in causal order.
@@ -287,7 +288,7 @@ impl Nmt {
     }
 
     /// Takes a boot-up. `silence_ns`: duration of the bus's silence before it.
-    pub fn boot_up(&mut self, node: u8, silence_ns: i64, cx: &mut Context<'_>) {
+    pub fn boot_up(&mut self, node: u8, silence_ns: Ns, cx: &mut Context<'_>) {
         self.boot_ups.met(node);
         self.shows_states = true;
         if silence_ns >= SWITCHED_ON_NS {
@@ -303,8 +304,8 @@ impl Nmt {
         }
         node_state.forget_answered_resets(cx.at);
         self.causal |= node_state.reset.count > 0;
-        let soon = |then: Option<i64>, limit_ns: i64| {
-            then.zip(cx.at.t_ns).is_some_and(|(then, now)| (0..limit_ns).contains(&now.saturating_sub(then)))
+        let soon = |then: Option<Ns>, limit_ns: Ns| {
+            then.zip(cx.at.t_ns).is_some_and(|(then, now)| (Ns::ZERO..limit_ns).contains(&(now - then)))
         };
         let garbled = self.garbled.is_some_and(|garbled| {
             node_state.reports.last.is_none_or(|last| last.no < garbled.no)
@@ -312,8 +313,8 @@ impl Nmt {
         });
         // Each explains one boot-up of a node.
         let booted = node_state.boots.last.and_then(|boot| boot.t_ns);
-        let anew = |then: Option<i64>| booted.is_none_or(|boot| then.is_some_and(|then| boot < then));
-        let explains = |then: Option<i64>, limit_ns: i64| soon(then, limit_ns) && anew(then);
+        let anew = |then: Option<Ns>| booted.is_none_or(|boot| then.is_some_and(|then| boot < then));
+        let explains = |then: Option<Ns>, limit_ns: Ns| soon(then, limit_ns) && anew(then);
         let switched = explains(self.activated, ACTIVATED_NS) || explains(self.switched_on, POWER_UP_NS);
         let explained = node_state.reset.count > 0 || node_state.given || switched || garbled;
         let before = (node_state.boots.last, node_state.reports);
@@ -333,7 +334,7 @@ impl Nmt {
     }
 
     /// Takes a reported state. `period_ns`: the period of the node's reports if known.
-    pub fn shown(&mut self, node: u8, state: u8, period_ns: Option<i64>, cx: &mut Context<'_>) {
+    pub fn shown(&mut self, node: u8, state: u8, period_ns: Option<Ns>, cx: &mut Context<'_>) {
         if !matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
             return self.unreadable(node);
         }
@@ -372,13 +373,13 @@ impl Nmt {
             && !allowed
         {
             // It was never in the other state: no error brings a node back by itself.
-            self.commandless.find(finding, 0, cx);
+            self.commandless.find(finding, Ns::ZERO, cx);
         }
         if allowed || starts_itself || node_state.reports.unsettled {
             return;
         }
         self.suspects += u32::from(node_state.suspect.is_none());
-        let wait_ns = period_ns.map_or(0, |period_ns| period_ns.saturating_mul(ALTERNATES));
+        let wait_ns = period_ns.map_or(Ns::ZERO, |period_ns| period_ns * ALTERNATES);
         let what = Spontaneous::Change { from: before, to: state, wait_ns };
         node_state.suspect = Some(Suspect { at: cx.at, since: since(beat, cx), what, duplicate: false });
     }
@@ -465,7 +466,7 @@ impl Nmt {
                 cx.evidence.circumstances.note(Circumstance::NodeLost, Some(node), cx.when);
             }
             let command = node_state.reset.specifier;
-            let age = cx.evidence.recording.between(owed.since, cx.when).unwrap_or(0);
+            let age = cx.evidence.recording.between(owed.since, cx.when).unwrap_or(Ns::ZERO);
             cx.raise(Nmt006::Missing { command, age }, Some(node), None, owed.why);
         }
     }
@@ -493,7 +494,7 @@ impl Nmt {
                 let finding = of(boot_verdict(suspect));
                 match suspect.what {
                     Spontaneous::TwoBootUps { .. } => cx.report(finding),
-                    _ => self.commandless.find(cx.excused(Rules::Nmt, suspect.since, finding), 0, cx),
+                    _ => self.commandless.find(cx.excused(Rules::Nmt, suspect.since, finding), Ns::ZERO, cx),
                 }
                 continue;
             };
@@ -503,7 +504,7 @@ impl Nmt {
             if (from == OPERATIONAL || to == STOPPED) && node_state.has_emergency(suspect.at) {
                 let excused = of(Nmt005::Changed { from, to }.into());
                 node_state.excused = Some((from, finding));
-                self.commandless.find(excused, 0, cx);
+                self.commandless.find(excused, Ns::ZERO, cx);
                 continue;
             }
             self.commandless.changed(node, to, &finding);
@@ -547,14 +548,14 @@ impl Nmt {
 /// Classifies an unexplained boot-up by the one before it and the states reported by the node.
 fn spontaneous_boot((last, reports): (Option<FrameRef>, Reports), cx: &Context<'_>) -> Option<Spontaneous> {
     let (at, recording) = (cx.at, &cx.evidence.recording);
-    let within = |then: FrameRef, limit_ns: i64| at.since(then).is_some_and(|gap| gap < limit_ns);
+    let within = |then: FrameRef, limit_ns: Ns| at.since(then).is_some_and(|gap| gap < limit_ns);
     // Frames that waited in the recorder, or have coarse stamps, may have been far apart.
     let together = |last: FrameRef| {
-        let gap = at.since(last).filter(|gap| *gap >= 0 && recording.teaches(cx.when));
-        gap.is_some_and(|gap| gap.saturating_add(recording.resolution_ns()) < TWO_BOOT_UPS_NS)
+        let gap = at.since(last).filter(|gap| *gap >= Ns::ZERO && recording.teaches(cx.when));
+        gap.is_some_and(|gap| gap + recording.resolution_ns() < TWO_BOOT_UPS_NS)
     };
     // Until then no heartbeat is reported as missing.
-    let unmissed_ns = RESTART_NS.max(reports.period_ns.unwrap_or(0).saturating_mul(13) / 4);
+    let unmissed_ns = RESTART_NS.max(reports.period_ns.unwrap_or(Ns::ZERO) * 13 / 4);
     match (last, reports.last.filter(|_| reports.count >= RUNNING)) {
         (Some(last), _) if together(last) => Some(Spontaneous::TwoBootUps { last }),
         (Some(last), _) => Some(Spontaneous::BootUp { last }),
@@ -567,8 +568,8 @@ fn spontaneous_boot((last, reports): (Option<FrameRef>, Reports), cx: &Context<'
 fn boot_verdict(suspect: Suspect) -> Verdict {
     let after = |last: FrameRef| suspect.at.since(last);
     match suspect.what {
-        Spontaneous::TwoBootUps { last } => Hbt004::BootUps { gap: after(last).unwrap_or(0) }.into(),
-        Spontaneous::Restart { last } => Nmt003::WhileRunning { after: after(last).unwrap_or(0) }.into(),
+        Spontaneous::TwoBootUps { last } => Hbt004::BootUps { gap: after(last).unwrap_or(Ns::ZERO) }.into(),
+        Spontaneous::Restart { last } => Nmt003::WhileRunning { after: after(last).unwrap_or(Ns::ZERO) }.into(),
         Spontaneous::BootUp { last } => {
             after(last).map_or(Nmt003::BootUp, |after| Nmt003::SinceBootUp { after }).into()
         }

@@ -3,6 +3,7 @@
 use super::super::limits::BOOT_NS;
 use super::{LEAST_BOOT_NS, RESETS_NS};
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::evidence::When;
 use crate::rules::finding::Finding;
 use crate::rules::nmt::Nmt002;
@@ -10,17 +11,17 @@ use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::world::context::Context;
 
 /// Time after its boot-up in which a slave starts itself, in ns; it reports Pre-operational at most once.
-const SELF_START_NS: i64 = 5_000_000_000;
+const SELF_START_NS: Ns = Ns::from_s(5);
 
 /// Maximum time in ns, and number of frames, from an emergency to a change of state that it explains (1029h).
-const EMERGENCY_NS: i64 = 1_000_000_000;
+const EMERGENCY_NS: Ns = Ns::from_s(1);
 const EMERGENCY_FRAMES: u64 = 10;
 /// Number of missing heartbeats after which a possible master has not returned from a reset.
 const MASTER_PERIODS: i64 = 4;
 /// Part of a heartbeat period by which one that is sent a period after another may be early.
 const ON_TIME_PART: i64 = 16;
 /// Time after a reset in which a boot-up was sent before the node saw it, in ns.
-const SENT_NS: i64 = 1_000_000;
+const SENT_NS: Ns = Ns::from_ms(1);
 
 /// One node's state as far as the capture shows it.
 #[derive(Debug, Default)]
@@ -57,7 +58,7 @@ pub(super) struct Reports {
     pub(super) last: Option<FrameRef>,
     pub(super) count: u8,
     /// The period of its reports if known, in ns.
-    pub(super) period_ns: Option<i64>,
+    pub(super) period_ns: Option<Ns>,
     /// A change without command was reported, and the state has not been confirmed since.
     pub(super) unsettled: bool,
 }
@@ -123,7 +124,7 @@ pub(super) enum Spontaneous {
     Change {
         from: u8,
         to: u8,
-        wait_ns: i64,
+        wait_ns: Ns,
     },
     BootUp {
         last: FrameRef,
@@ -219,13 +220,13 @@ impl NodeState {
 
     /// Returns the time in ns after which a reset must be followed by a boot-up; `None` if one came just before it and
     /// may be its answer. A possible master goes on instead and is heard by its next heartbeats.
-    pub(super) fn owes_boot_up(&self, cx: &Context<'_>) -> Option<i64> {
+    pub(super) fn owes_boot_up(&self, cx: &Context<'_>) -> Option<Ns> {
         let answered = self.boots.last.is_some_and(|boot_up| !cx.evidence.recording.is_settled(boot_up, cx.at));
         if self.heard.is_none() || !self.reset.awaited || answered {
             return None;
         }
         if self.may_be_master() {
-            return Some(BOOT_NS.max(self.reports.period_ns?.saturating_mul(MASTER_PERIODS)));
+            return Some(BOOT_NS.max(self.reports.period_ns? * MASTER_PERIODS));
         }
         Some(LEAST_BOOT_NS)
     }
@@ -246,7 +247,7 @@ impl NodeState {
     }
 
     /// Compares a reported state with the last command.
-    pub(super) fn obeys(&mut self, node: u8, state: u8, period_ns: Option<i64>, cx: &mut Context<'_>) {
+    pub(super) fn obeys(&mut self, node: u8, state: u8, period_ns: Option<Ns>, cx: &mut Context<'_>) {
         let Some(command) = &mut self.command else { return };
         if command.state == state {
             (self.command, self.allowed) = (None, 0);
@@ -259,7 +260,7 @@ impl NodeState {
         command.wrong = command.wrong.saturating_add(1);
         command.first = command.first.or(Some(cx.at));
         // A device may store something before it obeys a reset.
-        let least = if command.state == 0 { RESETS_NS } else { 0 };
+        let least = if command.state == 0 { RESETS_NS } else { Ns::ZERO };
         let late = match (cx.at.since(command.at), period_ns) {
             // A heartbeat on its way, and then a second one: the node has had a whole period.
             (Some(_), Some(period)) => {

@@ -6,6 +6,7 @@
 
 use super::{KnownState, Nmt, OBEYED_NS};
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::evidence::duplicates::Sighting;
 use crate::rules::emcy::Emc004;
 use crate::rules::finding::{Code, Finding};
@@ -18,10 +19,10 @@ use crate::world::context::Context;
 use crate::world::node::PerNode;
 
 /// Time in which queued frames follow a reported state or, for TPDOs, a command, in ns.
-const QUEUED_NS: i64 = 5_000_000;
+const QUEUED_NS: Ns = Ns::from_ms(5);
 /// The same on an idle bus, where queued frames are sent at once.
-const PROCESSED_NS: i64 = 2_000_000;
-const IDLE_NS: i64 = 1_500_000;
+const PROCESSED_NS: Ns = Ns::from_ms(2);
+const IDLE_NS: Ns = Ns::from_us(1_500);
 /// Maximum number of kept faults of a node whose state is uncertain.
 const KEPT: usize = 8;
 /// Maximum number of TPDOs between a boot-up and the start command of a node that has not started itself: one that has
@@ -131,8 +132,8 @@ impl NmtPermissions {
 
     /// Keeps the first finding on a frame between a reset and the boot-up.
     fn early(&mut self, reset: FrameRef, finding: Finding, cx: &Context<'_>) {
-        let age = reset.t_ns.zip(cx.at.t_ns).map(|(reset, now)| now.saturating_sub(reset));
-        if let (Some(node), Some(OBEYED_NS..)) = (finding.node, age) {
+        let age = reset.t_ns.zip(cx.at.t_ns).map(|(reset, now)| now - reset);
+        if let Some(node) = finding.node.filter(|_| age.is_some_and(|age| age >= OBEYED_NS)) {
             self.nodes.entry(node).early.get_or_insert(finding);
         }
     }
@@ -252,10 +253,10 @@ fn is_under_way(known: KnownState, cx: &Context<'_>) -> bool {
 
 /// Returns true if a frame may have been sent within `limit_ns` of the change of state. Without stamps only reported
 /// states count.
-fn is_within(known: KnownState, limit_ns: i64, cx: &Context<'_>) -> bool {
+fn is_within(known: KnownState, limit_ns: Ns, cx: &Context<'_>) -> bool {
     let (earliest, _) = cx.evidence.recording.interval(cx.when);
     match known.at.t_ns.filter(|_| cx.at.t_ns.is_some()) {
-        Some(known_ns) => earliest.saturating_sub(known_ns) < limit_ns,
+        Some(known_ns) => earliest - known_ns < limit_ns,
         None => !known.shown,
     }
 }

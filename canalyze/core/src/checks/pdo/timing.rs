@@ -10,6 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::series::Series;
 use crate::bytes::frame::Frame;
+use crate::bytes::ns::Ns;
 use crate::evidence::obligation::Owed;
 use crate::evidence::period::Timer;
 use crate::evidence::{Obligations, Rules, When};
@@ -24,10 +25,10 @@ use crate::world::context::Context;
 use crate::world::node::Pdo;
 
 /// Error of a node's timers: its tick of 1 ms, and the fraction by which its oscillator differs (up to 1 %).
-const TICK_NS: i64 = 1_000_000;
+const TICK_NS: Ns = Ns::from_ms(1);
 const CLOCK_PART: i64 = 100;
 /// Delay of a node on a PC, whose programs wait for their turn, in ns; less is no missing PDO.
-const HELD_UP_NS: i64 = 10_000_000;
+const HELD_UP_NS: Ns = Ns::from_ms(10);
 /// Number of gaps that show a sender's punctuality; before, it may be late by half its period under load.
 const KNOWN: u32 = 5;
 /// Maximum lateness of a punctual sender: a fraction of its period, and a multiple of its usual lateness.
@@ -37,7 +38,7 @@ const USUAL: i64 = 3;
 const EVENT_DRIVEN: u8 = 254;
 /// Number of learnt event timers, and minimum time in ns, without a TPDO after which it has stopped.
 const STOPPED: i64 = 10;
-const STOPPED_NS: i64 = 1_000_000_000;
+const STOPPED_NS: Ns = Ns::from_s(1);
 /// Part by which a TPDO that is sent with each SYNC may differ from the cycle.
 const CYCLE_PART: i64 = 8;
 
@@ -55,7 +56,7 @@ pub struct PdoTiming {
     /// The last SYNC.
     sync: Option<When>,
     /// The time between the last two, in ns.
-    cycle_ns: Option<i64>,
+    cycle_ns: Option<Ns>,
 }
 
 /// The last frame of a PDO.
@@ -64,15 +65,15 @@ struct Sent {
     /// The time of the frame; `None` if the PDO was stopped since.
     when: Option<When>,
     /// Maximum delay of its stamp, in ns.
-    late_ns: i64,
+    late_ns: Ns,
     /// The next frame was requested by a remote frame.
     requested: bool,
     /// Its event timer or deadline in ns; 0 is none.
-    timer_ns: i64,
+    timer_ns: Ns,
     /// The event timer as learnt from its frames, if nobody has named it.
     learnt: Option<LearntTimer>,
     /// The usual excess over the timer, in ns, and the number of gaps that showed it.
-    usual_ns: i64,
+    usual_ns: Ns,
     gaps: u32,
     /// Frames within the inhibit time, and frames that came late.
     early: Series,
@@ -96,14 +97,14 @@ impl PdoTiming {
             return;
         }
         let name = (node, pdo.transmit, pdo.number);
-        let inhibit = pdo.inhibit.filter(|_| pdo.transmit).map_or(0, trusted) * 100_000;
-        let timer = pdo.event_timer.map_or(0, trusted) * 1_000_000;
+        let inhibit = Ns::from_us(100 * pdo.inhibit.filter(|_| pdo.transmit).map_or(0, trusted));
+        let timer = Ns::from_ms(pdo.event_timer.map_or(0, trusted));
         self.came(name, cx);
         let late_ns = cx.evidence.recording.shortens_ns(cx.when, inhibit);
         let sent = self.sent.entry(name).or_default();
         sent.timer_ns = timer;
         sent.follow(name, inhibit, late_ns, cx);
-        if timer > 0 && !self.halted.contains(&node) {
+        if timer > Ns::ZERO && !self.halted.contains(&node) {
             self.due.open(name, Owed { since: cx.when, limit_ns: sent.patience(pdo.transmit), why: None });
         }
     }
@@ -132,11 +133,11 @@ impl PdoTiming {
         {
             timer.take(gap, unchanged);
         }
-        let in_step = |ns: i64, cycle: i64| cycle.abs_diff(ns) <= (cycle / CYCLE_PART).unsigned_abs();
-        let cyclic = |ns: &i64| self.cycle_ns.is_some_and(|cycle| in_step(*ns, cycle));
+        let in_step = |ns: Ns, cycle: Ns| cycle.abs_diff(ns) <= (cycle / CYCLE_PART).abs();
+        let cyclic = |ns: &Ns| self.cycle_ns.is_some_and(|cycle| in_step(*ns, cycle));
         let Some(timer_ns) = timer.ns().filter(|ns| !self.halted.contains(&node) && !cyclic(ns)) else { return };
         sent.timer_ns = timer_ns;
-        let limit_ns = timer_ns.saturating_mul(STOPPED).max(STOPPED_NS);
+        let limit_ns = (timer_ns * STOPPED).max(STOPPED_NS);
         self.due.open(name, Owed { since: cx.when, limit_ns, why: None });
     }
 
@@ -165,7 +166,7 @@ impl PdoTiming {
 
     /// Reports PDOs that should have come before the current frame.
     #[inline]
-    pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+    pub fn advance(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
         if self.due.may_be_due(now_ns) {
             self.judge_due(cx);
         }
@@ -188,14 +189,13 @@ impl PdoTiming {
         let Some(last) = sent.when else { return false };
         let Some(gap) = recording.between(last, cx.when) else { return false };
         // During a silence of the bus the recorder may hold one frame, but not two.
-        let silent = cx.when.silent_ns >= gap.saturating_sub(sent.timer_ns);
+        let silent = cx.when.silent_ns >= gap - sent.timer_ns;
         let limit =
             if silent { owed.limit_ns.max(2 * sent.timer_ns - tolerance(sent.timer_ns)) } else { owed.limit_ns };
-        let now_ns = cx.at.t_ns.unwrap_or(0);
+        let now_ns = cx.at.t_ns.unwrap_or(Ns::ZERO);
         // One long silence may be the recorder's; a PDO missing in two of them has stopped.
-        let period_ns = if owed.since.at == last.at { sent.timer_ns } else { i64::MAX };
-        let held_back =
-            recording.was_silent(node, now_ns.saturating_sub(gap.saturating_sub(sent.timer_ns)), period_ns, now_ns);
+        let period_ns = if owed.since.at == last.at { sent.timer_ns } else { Ns::MAX };
+        let held_back = recording.was_silent(node, now_ns - (gap - sent.timer_ns), period_ns, now_ns);
         // A TPDO that is learnt may come with SYNC.
         let learnt = sent.learnt.is_some();
         let without_sync = |sync: When| recording.between(sync, cx.when).is_none_or(|ns| ns > owed.limit_ns / 2);
@@ -269,7 +269,7 @@ impl PdoTiming {
 
 impl Sent {
     /// Returns the maximum time to the next frame by its event timer, or by an RPDO's deadline, in ns.
-    fn patience(&self, transmit: bool) -> i64 {
+    fn patience(&self, transmit: bool) -> Ns {
         let timer_ns = self.timer_ns;
         let late_ns = match (transmit, self.gaps) {
             (false, _) => timer_ns / 10,
@@ -280,27 +280,27 @@ impl Sent {
     }
 
     /// Takes the next frame of the PDO.
-    fn follow(&mut self, (node, transmit, number): TimingKey, inhibit: i64, late_ns: i64, cx: &mut Context<'_>) {
+    fn follow(&mut self, (node, transmit, number): TimingKey, inhibit: Ns, late_ns: Ns, cx: &mut Context<'_>) {
         let requested = std::mem::take(&mut self.requested);
         let Some(before) = self.when.replace(cx.when) else {
             self.late_ns = late_ns;
             return;
         };
         let recording = &cx.evidence.recording;
-        let gap = recording.between(before, cx.when).filter(|gap| *gap >= 0);
+        let gap = recording.between(before, cx.when).filter(|gap| *gap >= Ns::ZERO);
         if let Some(gap) = gap.filter(|_| recording.teaches(before) && recording.teaches(cx.when)) {
-            let late = (gap - self.timer_ns).clamp(0, self.timer_ns / 2);
+            let late = (gap - self.timer_ns).clamp(Ns::ZERO, self.timer_ns / 2);
             self.usual_ns = late.max(self.usual_ns - self.usual_ns / 16);
             self.gaps = self.gaps.saturating_add(1);
         }
-        let Some(gap) = gap.filter(|_| inhibit > 0 && !requested) else {
+        let Some(gap) = gap.filter(|_| inhibit > Ns::ZERO && !requested) else {
             self.late_ns = late_ns;
             return;
         };
         let tolerance = tolerance(inhibit);
         let limit = inhibit - tolerance - self.late_ns;
         // It is as late as the one before, changed by its own deviation. A late stamp shortens one gap, not every gap.
-        self.late_ns = (self.late_ns / 2).saturating_add(gap - inhibit).clamp(0, late_ns);
+        self.late_ns = ((self.late_ns / 2) + (gap - inhibit)).clamp(Ns::ZERO, late_ns);
         if !cx.evidence.recording.certainly_within(cx.when, before, limit) {
             return self.early.keep();
         }
@@ -313,7 +313,7 @@ impl Sent {
 }
 
 /// Returns the maximum error of a node's timer, in ns.
-pub fn tolerance(time_ns: i64) -> i64 {
+pub fn tolerance(time_ns: Ns) -> Ns {
     TICK_NS + time_ns / CLOCK_PART
 }
 

@@ -41,7 +41,7 @@ impl Configured {
         }
         let Some((period, uncertain)) = period.mean_ns(&cx.evidence.recording) else { return };
         for (node, configured) in &settings.periods {
-            if configured.abs_diff(period) > (configured / DIFFERS).saturating_add(uncertain).unsigned_abs() {
+            if configured.abs_diff(period) > ((*configured / DIFFERS) + uncertain).abs() {
                 let object = node.map(|_| Mux { index: 0x1006, sub: 0 });
                 self.compared = true;
                 cx.raise(Syn003::NotConfigured { period, expected: *configured }, *node, object, None);

@@ -3,6 +3,8 @@
 //! If the recording host sends SYNC, its echo may be listed late, and SYNCs seem unsteady. A PDO of another node that
 //! comes at the same distance in every cycle shows that, because it follows the SYNC on the bus.
 
+use crate::bytes::ns::Ns;
+
 /// Number of past cycles in a row that are evaluated.
 const CYCLES: usize = 8;
 
@@ -14,13 +16,13 @@ pub(super) struct Follower {
     /// The last cycle in which it came.
     cycle: u64,
     /// The delays after SYNC in the last cycles, in ns, and their number.
-    delays_ns: [i64; CYCLES],
+    delays_ns: [Ns; CYCLES],
     count: usize,
 }
 
 impl Follower {
     /// Takes a TPDO, `delay_ns` after the SYNC of its cycle.
-    pub(super) fn follow(&mut self, pdo: (u8, u16), cycle: u64, delay_ns: i64) {
+    pub(super) fn follow(&mut self, pdo: (u8, u16), cycle: u64, delay_ns: Ns) {
         let same = self.pdo == Some(pdo);
         if cycle == self.cycle || (!same && cycle == self.cycle + 1) {
             return;
@@ -35,10 +37,10 @@ impl Follower {
     }
 
     /// Returns the maximum difference between the listing delays of the last SYNCs, in ns; `None` if unknown.
-    pub(super) fn spread_ns(&self, cycle: u64) -> Option<i64> {
+    pub(super) fn spread_ns(&self, cycle: u64) -> Option<Ns> {
         if self.count < CYCLES || self.cycle + 2 < cycle {
             return None;
         }
-        Some(self.delays_ns.iter().max()? - self.delays_ns.iter().min()?)
+        Some(*self.delays_ns.iter().max()? - *self.delays_ns.iter().min()?)
     }
 }

@@ -21,6 +21,7 @@ use self::settings::SyncSettings;
 use self::window::{SyncWindow, synchronous};
 use super::PdoName;
 use crate::bytes::frame::{CanId, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::evidence::circumstance::CircumstanceKind;
 use crate::evidence::{Rules, When};
 use crate::rules::finding::{Code, Finding};
@@ -36,7 +37,7 @@ use crate::world::network::Network;
 use crate::world::node::{Node, Pdo, PerNode};
 
 /// Minimum time without SYNC after which it counts as stopped, in ns and in periods.
-const SILENT_NS: i64 = 250_000_000;
+const SILENT_NS: Ns = Ns::from_ms(250);
 const SILENT_PERIODS: i64 = 20;
 /// Number of periods for which other frames have come after a silence of the bus, so that SYNC alone has stopped.
 const GOES_ON: i64 = 2;
@@ -64,7 +65,7 @@ pub struct Sync {
     producer: Producer,
     activity: Activity,
     /// The period before the last reported change, in ns, and the frame of the change.
-    changed: Option<(i64, FrameRef)>,
+    changed: Option<(Ns, FrameRef)>,
     /// The frame at which SYNCs were reported as unsteady, while they are.
     unsteady: Option<FrameRef>,
     /// The frame at which the end of SYNC was reported, and the last SYNC before it.
@@ -76,10 +77,10 @@ pub struct Sync {
 /// The last frame of any kind, and the longest silence of the bus since the last SYNC, in ns.
 #[derive(Debug, Default)]
 struct Activity {
-    heard_ns: Option<i64>,
-    silence_ns: i64,
+    heard_ns: Option<Ns>,
+    silence_ns: Ns,
     /// The end of that silence, in ns.
-    since_ns: i64,
+    since_ns: Ns,
 }
 
 /// The producer's activity.
@@ -99,12 +100,12 @@ impl Sync {
     }
 
     /// Returns the shortest synchronous window of the bus, in ns; `None` if none is known.
-    pub fn least_window_ns(&self) -> Option<i64> {
+    pub fn least_window_ns(&self) -> Option<Ns> {
         self.settings.least_window_ns
     }
 
     /// Returns the configured period, else the measured one, in ns.
-    pub fn period_ns(&self) -> Option<i64> {
+    pub fn period_ns(&self) -> Option<Ns> {
         self.settings.period_ns.or_else(|| self.period.period_ns())
     }
 
@@ -114,7 +115,7 @@ impl Sync {
     }
 
     /// Returns the place of a synchronous PDO in its running SYNC cycle. `lag_ns`: maximum listing delay of SYNC.
-    pub fn place(&self, node: u8, pdo: Option<&Pdo>, frame: &Frame, lag_ns: i64) -> Option<Placement> {
+    pub fn place(&self, node: u8, pdo: Option<&Pdo>, frame: &Frame, lag_ns: Ns) -> Option<Placement> {
         let pdo = pdo.filter(|pdo| pdo.transmission.is_some_and(|(kind, _)| synchronous(kind)))?;
         if self.producer.ended || self.period.is_overdue(frame.reference()) {
             return None;
@@ -123,9 +124,9 @@ impl Sync {
     }
 
     /// Takes the time of any frame.
-    pub fn heard(&mut self, now_ns: i64) {
+    pub fn heard(&mut self, now_ns: Ns) {
         if let Some(before) = self.activity.heard_ns.replace(now_ns) {
-            let silence_ns = now_ns.saturating_sub(before);
+            let silence_ns = now_ns - before;
             if silence_ns > self.activity.silence_ns {
                 (self.activity.silence_ns, self.activity.since_ns) = (silence_ns, now_ns);
             }
@@ -249,7 +250,7 @@ impl Sync {
         }
         let at = frame.reference();
         let silent = self.is_silent(at);
-        self.activity.silence_ns = 0;
+        self.activity.silence_ns = Ns::ZERO;
         let Producer { restarted, stopped, ended } = std::mem::take(&mut self.producer);
         // A producer that starts counts from 1.
         let restarts = stopped == Restart::Perhaps && counter.is_some_and(|value| self.counter.begins_again(value));
@@ -348,8 +349,8 @@ impl Sync {
     /// Reports a finding that a second producer may explain.
     fn report(&self, finding: Finding, cx: &mut Context<'_>) {
         let finding = Finding { because_of: finding.because_of.or_else(|| self.cause(finding.at)), ..finding };
-        let period_ns = self.period.scale_ns(&cx.evidence.recording).map_or(0, |(_, most)| most);
-        cx.report_later(cx.excused(Rules::Sync, cx.when, finding), period_ns.saturating_mul(EXPLAINED));
+        let period_ns = self.period.scale_ns(&cx.evidence.recording).map_or(Ns::ZERO, |(_, most)| most);
+        cx.report_later(cx.excused(Rules::Sync, cx.when, finding), period_ns * EXPLAINED);
     }
 
     /// Reports that SYNC has stopped although a node is Operational and the bus alive.
@@ -359,9 +360,9 @@ impl Sync {
             return;
         }
         let (Some(last), Some(period)) = (self.period.sync(self.cycle()), self.period.period_ns()) else { return };
-        let limit = period.saturating_mul(SILENT_PERIODS).max(SILENT_NS);
-        let active_ns = cx.at.t_ns.map_or(0, |now| now.saturating_sub(self.activity.since_ns));
-        let pauses = self.is_silent(cx.at) && active_ns <= period.saturating_mul(GOES_ON);
+        let limit = (period * SILENT_PERIODS).max(SILENT_NS);
+        let active_ns = cx.at.t_ns.map_or(Ns::ZERO, |now| now - self.activity.since_ns);
+        let pauses = self.is_silent(cx.at) && active_ns <= period * GOES_ON;
         if pauses || !cx.evidence.recording.certainly_later(cx.when, last, limit) {
             return;
         }
@@ -406,8 +407,8 @@ impl Sync {
     }
 
     /// Reports a change of period that no write explains; a change back follows from it.
-    fn report_change(&mut self, from_ns: i64, to_ns: i64, since: FrameRef, cx: &mut Context<'_>) {
-        let back = self.changed.take().filter(|(before, _)| before.abs_diff(to_ns) <= before.unsigned_abs() / 32);
+    fn report_change(&mut self, from_ns: Ns, to_ns: Ns, since: FrameRef, cx: &mut Context<'_>) {
+        let back = self.changed.take().filter(|(before, _)| before.abs_diff(to_ns) <= before.abs() / 32);
         if back.is_none() {
             self.changed = Some((from_ns, since));
         }

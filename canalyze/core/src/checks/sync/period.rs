@@ -5,6 +5,7 @@
 //! judged. `sync` reports the results.
 
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::evidence::period::{Learnt, Period};
 use crate::evidence::recording::{PAUSE_NS, Recording};
 use crate::evidence::when::When;
@@ -37,7 +38,7 @@ const JITTER_PART: i64 = 16;
 /// Minimum number of gaps in a mean.
 const MEANT: u64 = 8;
 /// The shortest period of a producer, in ns; shorter gaps come from a buffer.
-const FASTEST_NS: i64 = 200_000;
+const FASTEST_NS: Ns = Ns::from_us(200);
 
 /// The possibility of a restart of the producer since the last SYNC.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -59,14 +60,14 @@ pub enum Irregular {
     /// The same, and later ones follow from it until SYNCs are steady again.
     Unsteady(u64, Verdict),
     /// A change of period: before and after in ns, and the first SYNC of the new one.
-    Changed(i64, i64, FrameRef),
+    Changed(Ns, Ns, FrameRef),
 }
 
 /// The time between two SYNCs.
 #[derive(Clone, Copy, Debug)]
 struct Gap {
     now: When,
-    ns: i64,
+    ns: Ns,
     /// The cycle that it precedes.
     cycle: u64,
     restart: Restart,
@@ -75,7 +76,7 @@ struct Gap {
     /// The whole bus was silent for most of it.
     silent: bool,
     /// The maximum difference between listing delays of earlier SYNCs, in ns, if a PDO shows it.
-    spread_ns: Option<i64>,
+    spread_ns: Option<Ns>,
 }
 
 /// The SYNCs of a bus.
@@ -91,25 +92,25 @@ pub struct SyncPeriod {
     second: Second,
     unsteady: Unsteady,
     /// The period before the last change of it, in ns.
-    former_ns: Option<i64>,
+    former_ns: Option<Ns>,
     /// Mean deviation of the recent gaps, in ns.
-    jitter_ns: i64,
+    jitter_ns: Ns,
     /// The last SYNC before a stall of the recorder, its cycle, and the possibility of a restart since.
     across: Option<(When, u64, Restart)>,
     /// The maximum difference between the listing delays of the last SYNCs, in ns, if a PDO shows it.
-    spread_ns: Option<i64>,
+    spread_ns: Option<Ns>,
     calm_from: u64,
     /// A gap was judged before the next one: the SYNC between them was not late.
     phased: bool,
     /// Recent deviation of SYNCs from the period, without lasting shifts, in ns.
-    deviation_ns: i64,
+    deviation_ns: Ns,
 }
 
 /// A late SYNC, until later ones explain it.
 #[derive(Debug, Default)]
 struct LateSync {
     /// Delay of the last SYNC against the phase before the disturbance, in ns; negative if ahead.
-    off_ns: i64,
+    off_ns: Ns,
     /// The gap before the first late SYNC.
     late: Option<Gap>,
     /// Number of regular gaps in a row since then.
@@ -124,7 +125,7 @@ struct Unsteady {
     /// It was reported, and there have been such gaps since.
     reported: bool,
     /// The deviation of the first gaps, in ns: the recording may show SYNC so from the beginning.
-    usual_ns: i64,
+    usual_ns: Ns,
 }
 
 /// Signs of a second producer.
@@ -134,7 +135,7 @@ struct Second {
     extra: u8,
     cycle: u64,
     /// The gap before the last one, in ns.
-    before_ns: i64,
+    before_ns: Ns,
     /// It was reported.
     two: bool,
 }
@@ -159,8 +160,8 @@ impl SyncPeriod {
     }
 
     /// Returns the time since the last SYNC, in ns.
-    pub fn delay_ns(&self, at: FrameRef) -> Option<i64> {
-        Some(at.t_ns?.saturating_sub(self.sync(self.cycle)?.at.t_ns?))
+    pub fn delay_ns(&self, at: FrameRef) -> Option<Ns> {
+        Some(at.t_ns? - self.sync(self.cycle)?.at.t_ns?)
     }
 
     /// Returns true if the next SYNC is overdue by half a period.
@@ -169,17 +170,17 @@ impl SyncPeriod {
     }
 
     /// Returns the measured period if it is regular, in ns.
-    pub fn period_ns(&self) -> Option<i64> {
+    pub fn period_ns(&self) -> Option<Ns> {
         self.period.learnt_ns().filter(|_| self.regular)
     }
 
     /// Returns the minimum and maximum of the period in ns, by the last gaps while it is unknown.
-    pub fn scale_ns(&self, recording: &Recording) -> Option<(i64, i64)> {
+    pub fn scale_ns(&self, recording: &Recording) -> Option<(Ns, Ns)> {
         if let Some(period) = self.period_ns() {
             return Some((period, period));
         }
         let first = self.cycle.saturating_sub(GAPS as u64).max(1);
-        let gap = |cycle: u64| recording.between(self.sync(cycle)?, self.sync(cycle + 1)?).filter(|ns| *ns > 0);
+        let gap = |cycle: u64| recording.between(self.sync(cycle)?, self.sync(cycle + 1)?).filter(|ns| *ns > Ns::ZERO);
         let gaps = || (first..self.cycle).filter_map(gap);
         Some((gaps().min()?, gaps().max()?))
     }
@@ -191,14 +192,14 @@ impl SyncPeriod {
 
     /// Returns the tolerance of times: as given, or the larger of the stamps' resolution and the period's deviation.
     /// `None` before that is known.
-    pub fn tolerance_ns(&self, recording: &Recording) -> Option<i64> {
+    pub fn tolerance_ns(&self, recording: &Recording) -> Option<Ns> {
         let measured = self.period_ns().map(|_| self.deviation_ns.max(recording.resolution_ns()));
         recording.stated_jitter_ns().or(measured)
     }
 
     /// Returns the same as the allowance for a gap against `period`.
-    fn room_ns(&self, period: i64, recording: &Recording) -> i64 {
-        self.tolerance_ns(recording).unwrap_or(0).max(recording.resolution_ns()).min(period)
+    fn room_ns(&self, period: Ns, recording: &Recording) -> Ns {
+        self.tolerance_ns(recording).unwrap_or(Ns::ZERO).max(recording.resolution_ns()).min(period)
     }
 
     /// Returns true if SYNCs have come from one producer for some time.
@@ -207,17 +208,17 @@ impl SyncPeriod {
     }
 
     /// Returns the mean of the last gaps and its maximum error in ns, if all of them were regular.
-    pub fn mean_ns(&self, recording: &Recording) -> Option<(i64, i64)> {
+    pub fn mean_ns(&self, recording: &Recording) -> Option<(Ns, Ns)> {
         let first = self.calm_from.max(self.cycle.saturating_sub(GAPS as u64)).max(1);
         let count = self.cycle.checked_sub(first).filter(|count| *count >= MEANT)? as i64;
         if self.behind.late.is_some() || self.period.is_contested() || self.unsteady.long | self.unsteady.short != 0 {
             return None;
         }
         let (since, now) = (self.sync(first)?, self.sync(self.cycle)?);
-        let uncertain = recording.resolution_ns().saturating_add(lag(now, recording));
+        let uncertain = recording.resolution_ns() + lag(now, recording);
         let mean = recording.between(since, now)? / count;
         // A pause does not belong to the period.
-        let settled = |period: &i64| mean.abs_diff(*period) <= (period / 32).unsigned_abs();
+        let settled = |period: &Ns| mean.abs_diff(*period) <= (*period / 32).abs();
         self.period_ns().filter(settled).map(|_| (mean, uncertain / count))
     }
 
@@ -248,7 +249,7 @@ impl SyncPeriod {
     pub fn step(
         &mut self,
         now: When,
-        (restart, silent, spread_ns): (Restart, bool, Option<i64>),
+        (restart, silent, spread_ns): (Restart, bool, Option<Ns>),
         recording: &Recording,
     ) -> Vec<Irregular> {
         let since = self.sync(self.cycle);
@@ -292,15 +293,15 @@ impl SyncPeriod {
         self.across = None;
         let (period, lasts) = (self.period_ns()?, recording.between(before, gap.now)?);
         let passed = i64::try_from(gap.cycle - cycle).ok()?;
-        let off_ns = lasts.saturating_sub(period.saturating_mul(passed));
-        let room = self.room_ns(period, recording).saturating_add(lasts / ACROSS_PART);
-        let uncertain = room.saturating_add(put_off(gap.now, gap.spread_ns, recording));
-        if restart.max(gap.restart) != Restart::None || off_ns <= (period / 2).saturating_add(uncertain) {
+        let off_ns = lasts - period * passed;
+        let room = self.room_ns(period, recording) + lasts / ACROSS_PART;
+        let uncertain = room + put_off(gap.now, gap.spread_ns, recording);
+        if restart.max(gap.restart) != Restart::None || off_ns <= (period / 2) + uncertain {
             return None;
         }
         let first = recording.between(before, self.sync(cycle + 1)?)?;
-        let missing = (off_ns.saturating_add(period / 2) / period).max(1).unsigned_abs();
-        let tolerance = self.tolerance_ns(recording).unwrap_or(0);
+        let missing = ((off_ns + period / 2) / period).max(1).unsigned_abs();
+        let tolerance = self.tolerance_ns(recording).unwrap_or(Ns::ZERO);
         Some(Irregular::Sync(cycle + 1, Syn003::Missing { gap: first, period, tolerance, missing }.into()))
     }
 
@@ -330,13 +331,12 @@ impl SyncPeriod {
         let Some(period) = self.period.learnt_ns().filter(|period| *period > resolution) else { return };
         let agreeing = self.early.iter().filter(|gap| close(gap.ns, period)).count();
         // Occasional listing delays make gaps differ and compensate; then a few show no period.
-        let uneven =
-            self.early.iter().any(|gap| close(gap.ns, period) && gap.ns.abs_diff(period) > period.unsigned_abs() / 16);
+        let uneven = self.early.iter().any(|gap| close(gap.ns, period) && gap.ns.abs_diff(period) > period.abs() / 16);
         let enough = if uneven { GAPS * 3 / 4 } else { ENOUGH };
         if agreeing >= enough && agreeing * 4 >= self.early.len() * 3 {
             if uneven {
                 // Then only the mean of many is a period.
-                let sum: i64 = self.early.iter().filter(|gap| close(gap.ns, period)).map(|gap| gap.ns).sum();
+                let sum: Ns = self.early.iter().filter(|gap| close(gap.ns, period)).map(|gap| gap.ns).sum();
                 let mean = sum / agreeing.max(1) as i64;
                 self.period.forget();
                 for _ in 0..agreeing {
@@ -345,9 +345,9 @@ impl SyncPeriod {
             }
             let Some(period) = self.period.learnt_ns() else { return };
             self.regular = true;
-            let off = |gap: &Gap| gap.ns.saturating_sub(period).saturating_abs();
+            let off = |gap: &Gap| (gap.ns - period).abs();
             let usual = self.early.iter().filter(|gap| close(gap.ns, period)).map(off).max();
-            self.unsteady.usual_ns = usual.unwrap_or(0).min(period / UNSTEADY_USUAL_PART);
+            self.unsteady.usual_ns = usual.unwrap_or(Ns::ZERO).min(period / UNSTEADY_USUAL_PART);
             // The first gaps can be judged only now.
             for gap in std::mem::take(&mut self.early) {
                 self.judge(gap, period, false, recording, out);
@@ -356,7 +356,7 @@ impl SyncPeriod {
     }
 
     /// `new`: the gap has not been added to the period yet.
-    fn judge(&mut self, gap: Gap, period: i64, new: bool, recording: &Recording, out: &mut Vec<Irregular>) {
+    fn judge(&mut self, gap: Gap, period: Ns, new: bool, recording: &Recording, out: &mut Vec<Irregular>) {
         let resolution = recording.resolution_ns();
         if period <= resolution {
             // It was learnt before the stamps showed their resolution.
@@ -374,8 +374,8 @@ impl SyncPeriod {
             return;
         }
         let agreed_ns = (room / 2).min(period / 16);
-        let off_ns = gap.ns.saturating_sub(period).saturating_abs();
-        self.jitter_ns = self.jitter_ns.saturating_add(off_ns.saturating_sub(self.jitter_ns) / JITTER_PART);
+        let off_ns = (gap.ns - period).abs();
+        self.jitter_ns += (off_ns - self.jitter_ns) / JITTER_PART;
         if new
             && !self.second.two
             && let Learnt::Changed { from_ns, to_ns, since } = self.period.take(gap.ns, agreed_ns, gap.now.at)
@@ -387,12 +387,12 @@ impl SyncPeriod {
             (self.unsteady.long, self.unsteady.short) = (0, 0);
             // Gaps that agree only roughly, or are uneven all the time, may have another mean by chance.
             let least_ns = self.jitter_ns.max(2 * agreed_ns);
-            if !anew && from_ns.saturating_sub(to_ns).saturating_abs() > least_ns {
+            if !anew && (from_ns - to_ns).abs() > least_ns {
                 out.push(Irregular::Changed(from_ns, to_ns, since));
             }
             return;
         }
-        let back = |former: i64| gap.ns.abs_diff(former) <= former.unsigned_abs() / 16 && !close(gap.ns, period);
+        let back = |former: Ns| gap.ns.abs_diff(former) <= former.abs() / 16 && !close(gap.ns, period);
         if self.former_ns.is_some_and(back) && self.period.is_contested() {
             // The period is about to change back.
             (self.behind, self.calm_from) = (LateSync::default(), gap.cycle);
@@ -406,14 +406,14 @@ impl SyncPeriod {
                 self.behind.late = Some(gap);
             }
         }
-        self.behind.off_ns = self.behind.off_ns.saturating_add(gap.ns - period);
+        self.behind.off_ns += gap.ns - period;
         if !std::mem::replace(&mut self.phased, true) && gap.ns < period {
-            self.behind.off_ns = 0;
+            self.behind.off_ns = Ns::ZERO;
         }
         if !close(gap.ns, period) {
             self.calm_from = self.calm_from.max(gap.cycle);
         }
-        if gap.ns.saturating_add(resolution) < period / 4 * 3 && self.behind.off_ns < -(period / 2 + room) {
+        if gap.ns + resolution < period / 4 * 3 && self.behind.off_ns < -(period / 2 + room) {
             return self.one_too_many(gap, before_ns, period, recording, out);
         }
         if gap.cycle > self.second.cycle + 2 * EXTRA_WITHIN && std::mem::take(&mut self.second.two) {
@@ -423,16 +423,17 @@ impl SyncPeriod {
         // A deviation is compensated by the next gap; otherwise it is another phase or period.
         let (off, before) = (gap.ns - period, before_ns - period);
         if gap.ns >= period / 2 && gap.ns <= period + period / 2 {
-            let made_up = if (off >= 0) == (before >= 0) { 0 } else { off.abs().min(before.abs()) };
+            let made_up =
+                if (off >= Ns::ZERO) == (before >= Ns::ZERO) { Ns::ZERO } else { off.abs().min(before.abs()) };
             self.deviation_ns = made_up.max(self.deviation_ns - self.deviation_ns / 64);
         }
     }
 
     /// Explains a late SYNC once enough SYNCs have come in one phase.
-    fn settle(&mut self, gap: Gap, period: i64, recording: &Recording, out: &mut Vec<Irregular>) {
+    fn settle(&mut self, gap: Gap, period: Ns, recording: &Recording, out: &mut Vec<Irregular>) {
         let explainable = self.behind.off_ns <= put_off(gap.now, gap.spread_ns, recording);
         let exact = if explainable { period / 16 + recording.resolution_ns() } else { period / 4 };
-        let calm = gap.ns.abs_diff(period) <= exact.unsigned_abs();
+        let calm = gap.ns.abs_diff(period) <= exact.abs();
         self.behind.calm = if calm { self.behind.calm.saturating_add(1) } else { 0 };
         let moved = self.behind.late.is_some() && self.whole(period).1 > period / 4;
         if self.behind.calm >= if moved { 2 * CALM } else { CALM } {
@@ -441,16 +442,16 @@ impl SyncPeriod {
     }
 
     /// Returns the delay of SYNC in whole periods, and the remaining deviation in ns.
-    fn whole(&self, period: i64) -> (i64, i64) {
-        let whole = self.behind.off_ns.saturating_add(period / 2).div_euclid(period.max(1));
-        (whole, self.behind.off_ns.saturating_sub(whole.saturating_mul(period)).saturating_abs())
+    fn whole(&self, period: Ns) -> (i64, Ns) {
+        let whole = (self.behind.off_ns + period / 2).as_ns().div_euclid(period.max(Ns(1)).as_ns());
+        (whole, (self.behind.off_ns - whole * period).abs())
     }
 
-    fn judge_steadiness(&mut self, gap: Gap, period: i64, recording: &Recording, out: &mut Vec<Irregular>) {
+    fn judge_steadiness(&mut self, gap: Gap, period: Ns, recording: &Recording, out: &mut Vec<Irregular>) {
         let off_ns = (gap.ns - period).abs();
-        let uncertain = put_off(gap.now, gap.spread_ns, recording).saturating_add(recording.resolution_ns());
-        let uncertain = uncertain.saturating_add(self.unsteady.usual_ns);
-        let far = off_ns > (period / UNSTEADY_PART).saturating_add(uncertain) && off_ns < period / 4 * 3;
+        let uncertain = put_off(gap.now, gap.spread_ns, recording) + recording.resolution_ns();
+        let uncertain = uncertain + self.unsteady.usual_ns;
+        let far = off_ns > (period / UNSTEADY_PART) + uncertain && off_ns < period / 4 * 3;
         let Unsteady { long, short, reported, .. } = &mut self.unsteady;
         *long = *long << 1 | u16::from(far && gap.ns > period);
         *short = *short << 1 | u16::from(far && gap.ns < period);
@@ -465,12 +466,12 @@ impl SyncPeriod {
     fn one_too_many(
         &mut self,
         Gap { ns: gap, cycle, .. }: Gap,
-        before_ns: i64,
-        period: i64,
+        before_ns: Ns,
+        period: Ns,
         recording: &Recording,
         out: &mut Vec<Irregular>,
     ) {
-        self.behind.off_ns = self.behind.off_ns.saturating_add(period);
+        self.behind.off_ns += period;
         self.behind.calm = 0;
         let again = cycle <= self.second.cycle + EXTRA_WITHIN;
         self.second.extra = if again { self.second.extra.saturating_add(1) } else { 1 };
@@ -478,7 +479,7 @@ impl SyncPeriod {
         let (short, long) = (gap.min(before_ns), gap.max(before_ns));
         // Even gaps are another period, not two producers.
         if self.second.extra < EXTRA || long - short <= period / 16 {
-            let tolerance = self.tolerance_ns(recording).unwrap_or(0);
+            let tolerance = self.tolerance_ns(recording).unwrap_or(Ns::ZERO);
             out.push(Irregular::Sync(cycle, Syn003::Early { gap, period, tolerance }.into()));
         } else if !std::mem::replace(&mut self.second.two, true) {
             out.push(Irregular::Sync(cycle, Syn006::Interleaved { short, long, period }.into()));
@@ -486,19 +487,19 @@ impl SyncPeriod {
     }
 
     /// Returns the explanation of a late SYNC after others have come in the same phase.
-    fn lateness(&mut self, period: i64, recording: &Recording) -> Option<Irregular> {
+    fn lateness(&mut self, period: Ns, recording: &Recording) -> Option<Irregular> {
         let (missing, from_whole) = self.whole(period);
         let LateSync { off_ns, late, .. } = std::mem::take(&mut self.behind);
         let Gap { ns: gap, cycle, now, .. } = late?;
         let room = self.room_ns(period, recording);
-        let tolerance = self.tolerance_ns(recording).unwrap_or(0);
+        let tolerance = self.tolerance_ns(recording).unwrap_or(Ns::ZERO);
         let put_off = put_off(now, self.spread_ns, recording);
         let explainable = off_ns <= put_off;
         // A frame between its due time and the silence before it shows that the recorder did not delay it.
-        let alone_ns = (gap - period).saturating_sub(now.silent_ns);
+        let alone_ns = (gap - period) - now.silent_ns;
         let exact = if explainable { period / 16 } else { period / 4 };
         let what = if missing > 0 && from_whole <= exact && recording.resolution_ns() < period {
-            let most = gap.saturating_add(period / 2) / period.max(1) - 1;
+            let most = (gap + period / 2) / period.max(Ns(1)) - 1;
             let missing = missing.min(most).max(1).unsigned_abs();
             Syn003::Missing { gap, period, tolerance, missing }.into()
         } else if off_ns > period / 2 + room && (!explainable || room <= period / 8)
@@ -513,7 +514,7 @@ impl SyncPeriod {
 }
 
 /// Returns true if the producer was stopped, or the whole network paused.
-fn is_pause(gap: Gap, period: i64) -> bool {
+fn is_pause(gap: Gap, period: Ns) -> bool {
     if gap.ns / PAUSE > period && gap.paused {
         return true;
     }
@@ -521,23 +522,23 @@ fn is_pause(gap: Gap, period: i64) -> bool {
         Restart::None => return false,
         // SYNCs missing in the old phase are no restart of the producer.
         Restart::Perhaps => period / 64,
-        Restart::Likely => -1,
+        Restart::Likely => Ns(-1),
     };
-    let off = gap.ns.saturating_add(period / 2) % period.max(1) - period / 2;
+    let off = (gap.ns + period / 2) % period.max(Ns(1)) - period / 2;
     gap.ns > period && !close(gap.ns, period) && off.abs() > exact
 }
 
 /// Returns the maximum listing delay of a frame, in ns.
-fn lag(when: When, recording: &Recording) -> i64 {
-    if when.own { recording.lag_ns() } else { 0 }
+fn lag(when: When, recording: &Recording) -> Ns {
+    if when.own { recording.lag_ns() } else { Ns::ZERO }
 }
 
 /// Returns the same as far as a PDO that follows SYNC shows it.
-fn put_off(when: When, spread_ns: Option<i64>, recording: &Recording) -> i64 {
-    lag(when, recording).min(spread_ns.unwrap_or(i64::MAX))
+fn put_off(when: When, spread_ns: Option<Ns>, recording: &Recording) -> Ns {
+    lag(when, recording).min(spread_ns.unwrap_or(Ns::MAX))
 }
 
 /// Returns true if a gap is within a quarter of the period.
-fn close(gap: i64, period: i64) -> bool {
-    gap.abs_diff(period) <= period.unsigned_abs() / 4
+fn close(gap: Ns, period: Ns) -> bool {
+    gap.abs_diff(period) <= period.abs() / 4
 }

@@ -3,6 +3,7 @@
 //! If nodes disagree, the producer determines period and counter, each node its own window, and then the most trusted
 //! source. Compiled again when one of these objects changes.
 
+use crate::bytes::ns::Ns;
 use crate::world::configuration::Provenance;
 use crate::world::network::Network;
 use crate::world::node::{Node, PerNode};
@@ -18,17 +19,17 @@ pub struct SyncSettings {
     /// All nodes configured to produce SYNC.
     pub producers: Vec<u8>,
     /// Communication cycle period in ns.
-    pub period_ns: Option<i64>,
+    pub period_ns: Option<Ns>,
     /// Periods that should agree with the traffic, in ns, and their node (`None` for an option).
-    pub periods: Vec<(Option<u8>, i64)>,
+    pub periods: Vec<(Option<u8>, Ns)>,
     /// 1019h of the producer.
     pub overflow: Option<u8>,
     /// 1019h of the most trusted node, and that node.
     pub any_overflow: Option<(u8, u8)>,
     /// Synchronous window length in ns by node-ID; `None` if disabled or unknown.
-    pub windows: Vec<Option<i64>>,
+    pub windows: Vec<Option<Ns>>,
     /// The shortest of the windows, in ns.
-    pub least_window_ns: Option<i64>,
+    pub least_window_ns: Option<Ns>,
 }
 
 impl SyncSettings {
@@ -44,9 +45,9 @@ impl SyncSettings {
     }
 
     fn periods(&mut self, network: &Network, nodes: &PerNode<Node>) {
-        let mut best: Option<((bool, Provenance), i64)> = None;
-        let mut take = |node: Option<u8>, produces: bool, ns: i64, from: Provenance, periods: &mut Vec<_>| {
-            if ns <= 0 || from.is_doubted() {
+        let mut best: Option<((bool, Provenance), Ns)> = None;
+        let mut take = |node: Option<u8>, produces: bool, ns: Ns, from: Provenance, periods: &mut Vec<_>| {
+            if ns <= Ns::ZERO || from.is_doubted() {
                 return;
             }
             if from >= Provenance::Dcf {
@@ -87,7 +88,7 @@ impl SyncSettings {
     }
 
     fn windows(&mut self, network: &Network, nodes: &PerNode<Node>) {
-        let mut others: Option<(Provenance, i64)> = None;
+        let mut others: Option<(Provenance, Ns)> = None;
         for (_, node) in nodes.iter() {
             if let Some((us, from)) = node.value(0x1007, 0).filter(|(us, from)| *us > 0 && *from > Provenance::Eds) {
                 // The longest of several, so that none is judged by another's shorter window.
@@ -95,12 +96,12 @@ impl SyncSettings {
             }
         }
         let fallback = network.sync_window_ns.or(others.map(|(_, ns)| ns));
-        self.windows = vec![fallback.filter(|ns| *ns > 0); 128];
+        self.windows = vec![fallback.filter(|ns| *ns > Ns::ZERO); 128];
         for (id, node) in nodes.iter() {
             let Some((us, from)) = node.value(0x1007, 0) else { continue };
             let own = ranked(from) > Provenance::Option || network.sync_window_ns.is_none();
             if let Some(slot) = self.windows.get_mut(usize::from(id)).filter(|_| own && from >= Provenance::Eds) {
-                *slot = Some(ns(us)).filter(|ns| *ns > 0);
+                *slot = Some(ns(us)).filter(|ns| *ns > Ns::ZERO);
             }
         }
         self.least_window_ns = self.windows.iter().skip(1).copied().flatten().min();
@@ -118,6 +119,6 @@ fn ranked(from: Provenance) -> Provenance {
 }
 
 /// Converts an object's time from µs to ns.
-pub fn ns(us: u64) -> i64 {
-    i64::try_from(us).unwrap_or(i64::MAX).saturating_mul(1000)
+pub fn ns(us: u64) -> Ns {
+    Ns::from_us(i64::try_from(us).unwrap_or(i64::MAX))
 }

@@ -7,6 +7,7 @@
 
 use super::period::SyncPeriod;
 use crate::bytes::frame::{CanId, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::checks::pdo::series::Series;
 use crate::evidence::circumstance::Rules;
 use crate::evidence::recording::Recording;
@@ -104,13 +105,13 @@ struct Open {
 /// The context of a verdict.
 struct Judged<'a> {
     period: &'a SyncPeriod,
-    window_ns: Option<i64>,
+    window_ns: Option<Ns>,
     node: u8,
 }
 
 impl SyncWindow {
     /// Returns the place of a PDO as far as known on its arrival.
-    pub fn place(&self, period: &SyncPeriod, node: u8, pdo: &Pdo, at: FrameRef, lag_ns: i64) -> Option<Placement> {
+    pub fn place(&self, period: &SyncPeriod, node: u8, pdo: &Pdo, at: FrameRef, lag_ns: Ns) -> Option<Placement> {
         let cycle = period.cycle();
         if cycle == 0 {
             return None;
@@ -126,7 +127,7 @@ impl SyncWindow {
     }
 
     /// Takes a synchronous TPDO. `window_ns`: its window if any.
-    pub fn arrived(&mut self, period: &SyncPeriod, node: u8, pdo: &Pdo, window_ns: Option<i64>, cx: &mut Context<'_>) {
+    pub fn arrived(&mut self, period: &SyncPeriod, node: u8, pdo: &Pdo, window_ns: Option<Ns>, cx: &mut Context<'_>) {
         let Some((kind, from)) = pdo.transmission.filter(|(_, from)| !from.is_doubted()) else { return };
         self.report_unjudged(period, window_ns, cx);
         self.empty = 0;
@@ -164,7 +165,7 @@ impl SyncWindow {
             // It should have come twice since; a single missing frame is reported on the next arrival.
             let judged = period.cycle() > last.cycle.max(track.phase) + 2 * n && last.cycle >= period.calm_from();
             let late = period.period_ns().is_none_or(|period| {
-                let limit = period.saturating_mul(2 * n as i64);
+                let limit = period * (2 * n as i64);
                 cx.evidence.recording.certainly_later(cx.when, last.when, limit)
             });
             if judged && late {
@@ -247,7 +248,7 @@ impl SyncWindow {
     }
 
     /// Reports once that times cannot be judged: no stamps, or a tolerance larger than `limit_ns`.
-    pub fn report_unjudged(&mut self, period: &SyncPeriod, limit_ns: Option<i64>, cx: &mut Context<'_>) {
+    pub fn report_unjudged(&mut self, period: &SyncPeriod, limit_ns: Option<Ns>, cx: &mut Context<'_>) {
         let Some(window) = limit_ns.filter(|_| !self.reported && period.cycle() > 0) else { return };
         let what = match period.tolerance_ns(&cx.evidence.recording) {
             _ if cx.at.t_ns.is_none() => Syn011::NoStamps,
@@ -271,7 +272,7 @@ struct Passed {
 
 impl Passed {
     fn between(last: Arrival, now: Arrival, period: &SyncPeriod, recording: &Recording) -> Self {
-        let count = |gap: i64, period: i64| u64::try_from((gap + period / 2) / period.max(1)).unwrap_or(0);
+        let count = |gap: Ns, period: Ns| u64::try_from((gap + period / 2) / period.max(Ns(1))).unwrap_or(0);
         let syncs = now.cycle.saturating_sub(last.cycle);
         let (least, most) = match (recording.between(last.when, now.when), period.scale_ns(recording)) {
             (Some(gap), Some((least, most))) => (count(gap, most), count(gap, least)),
@@ -376,20 +377,20 @@ impl TpdoTrack {
             let cycles = i64::try_from(now.cycle.saturating_sub(last.cycle)).unwrap_or(0);
             // With uneven listing the period is as uncertain, and the window may begin anywhere within that.
             let room = if tolerance > window / 8 { window } else { window / 4 };
-            let limit = cycles.saturating_mul(period.saturating_add(tolerance)).saturating_add(room);
-            let next = recording.between(last.when, now.when).map(|gap| (cycles + 1).saturating_mul(period) - gap);
+            let limit = cycles * (period + tolerance) + room;
+            let next = recording.between(last.when, now.when).map(|gap| (cycles + 1) * period - gap);
             let before_next = next.is_some_and(|before| before > period / 4);
             delayed = cycles > 0 && recording.certainly_later(now.when, last.when, limit);
             before_next && delayed
         });
-        let lag_ns = if sync.own && !late { recording.lag_ns() } else { 0 };
+        let lag_ns = if sync.own && !late { recording.lag_ns() } else { Ns::ZERO };
         let judged =
             (self.configured.needed == ESTABLISHED || self.established()) && now.cycle >= known.period.calm_from();
         if !judged
             || tolerance >= window
             || delay >= period - lag_ns && !delayed
             || !recording.teaches(sync)
-            || !recording.certainly_later(now.when, sync, window.saturating_add(tolerance))
+            || !recording.certainly_later(now.when, sync, window + tolerance)
         {
             return;
         }
@@ -409,7 +410,7 @@ impl TpdoTrack {
         let n = u64::from(self.configured.kind.max(1));
         let (Some(window), Some(period)) = (known.window_ns, known.period.period_ns()) else { return };
         let cycles = i64::try_from(now.cycle.saturating_sub(last.cycle)).unwrap_or(0);
-        let limit = cycles.saturating_mul(period).saturating_sub(window / 4);
+        let limit = cycles * period - window / 4;
         let as_due = now.cycle == last.cycle + n && cx.evidence.recording.certainly_within(now.when, last.when, limit);
         if as_due {
             self.report(late, last.when, known, cx);
@@ -511,8 +512,8 @@ impl TpdoTrack {
             // Another sender, or a wrong type, shows in every frame.
             finding.because_of = self.wrong.fault(finding.at);
         }
-        let period_ns = known.period.scale_ns(&cx.evidence.recording).map_or(0, |(_, most)| most);
-        cx.report_later(finding, period_ns.saturating_mul(EXPLAINED));
+        let period_ns = known.period.scale_ns(&cx.evidence.recording).map_or(Ns::ZERO, |(_, most)| most);
+        cx.report_later(finding, period_ns * EXPLAINED);
     }
 }
 

@@ -1,6 +1,7 @@
 //! SYNC and synchronous PDOs: captures of correct networks raise nothing, and single faults are found at their frame.
 
 use super::{Raised, lines, log, raised, raised_with};
+use crate::bytes::ns::Ns;
 use crate::world::network::Network;
 
 /// TPDO1 of node 5 has type 1, TPDO2 type 2, TPDO1 of node 6 type 3; then all nodes are started.
@@ -287,7 +288,11 @@ fn single_faults() {
 
 #[test]
 fn windows() {
-    let network = |window_ns, jitter_ns| Network { sync_window_ns: Some(window_ns), jitter_ns, ..Network::default() };
+    let network = |window_ns, jitter_ns: Option<i64>| Network {
+        sync_window_ns: Some(Ns(window_ns)),
+        jitter_ns: jitter_ns.map(Ns),
+        ..Network::default()
+    };
     let severities = ["info", "warning", "error"];
     let text = capture(20, |_| 0.0);
     let late = text.replace(".100300", ".103300").replace(".100400", ".103400");

@@ -3,21 +3,22 @@
 //! The period is given, by an expectation; nothing is learnt here.
 
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 
 /// An expected period and its tolerance, in ns.
 #[derive(Clone, Copy, Debug)]
 pub struct AllowedPeriod {
     /// The period, in ns.
-    pub ns: i64,
+    pub ns: Ns,
     /// The allowed deviation, in ns.
-    pub tolerance_ns: i64,
+    pub tolerance_ns: Ns,
 }
 
 /// The time from one frame to the next.
 #[derive(Clone, Copy, Debug)]
 pub struct Interval {
     /// Its length, in ns.
-    pub ns: i64,
+    pub ns: Ns,
     /// It may be short.
     pub loose: bool,
 }
@@ -36,11 +37,11 @@ pub struct Rhythm {
 impl Rhythm {
     /// Takes the next frame. Returns the time since the one before if that is outside the period. `extra`: the frame
     /// may come at any time, and the one after it too soon.
-    pub fn beat(&mut self, at: FrameRef, extra: bool, period: AllowedPeriod) -> Option<i64> {
+    pub fn beat(&mut self, at: FrameRef, extra: bool, period: AllowedPeriod) -> Option<Ns> {
         let told = self.told;
         let Interval { ns, loose } = self.next(at, extra)?;
-        let late = ns.saturating_sub(period.ns) > period.tolerance_ns;
-        let early = !loose && period.ns.saturating_sub(ns) > period.tolerance_ns;
+        let late = ns - period.ns > period.tolerance_ns;
+        let early = !loose && period.ns - ns > period.tolerance_ns;
         (late && !told || early).then_some(ns)
     }
 
@@ -49,15 +50,15 @@ impl Rhythm {
         let before = self.last.replace(at);
         self.told = false;
         let loose = std::mem::replace(&mut self.loose, extra) || extra;
-        let ns = at.t_ns?.saturating_sub(before?.t_ns?);
-        (ns >= 0).then_some(Interval { ns, loose })
+        let ns = at.t_ns? - before?.t_ns?;
+        (ns >= Ns::ZERO).then_some(Interval { ns, loose })
     }
 
     /// Returns, once, the time since the last frame and that frame, if the next one is overdue at `now_ns`.
-    pub fn overdue(&mut self, now_ns: i64, period: AllowedPeriod) -> Option<(i64, FrameRef)> {
+    pub fn overdue(&mut self, now_ns: Ns, period: AllowedPeriod) -> Option<(Ns, FrameRef)> {
         let last = self.last?;
-        let gap = now_ns.saturating_sub(last.t_ns?);
-        let late = gap.saturating_sub(period.ns) > period.tolerance_ns;
+        let gap = now_ns - last.t_ns?;
+        let late = gap - period.ns > period.tolerance_ns;
         (late && !std::mem::replace(&mut self.told, true)).then_some((gap, last))
     }
 

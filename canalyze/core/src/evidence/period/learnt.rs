@@ -6,6 +6,7 @@
 //! leaves out gaps across a burst or a hole of the recording.
 
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 
 /// Number of kept gaps.
 const KEPT: usize = 16;
@@ -35,9 +36,9 @@ pub enum Confidence {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Expected {
     /// The period in ns.
-    pub ns: i64,
+    pub ns: Ns,
     /// Usual deviation of gaps from it, in ns.
-    pub deviation_ns: i64,
+    pub deviation_ns: Ns,
     /// Its confidence.
     pub confidence: Confidence,
     /// Number of kept gaps that show it.
@@ -54,9 +55,9 @@ pub enum Learnt {
     /// Another period, for several gaps already.
     Changed {
         /// The former period, in ns.
-        from_ns: i64,
+        from_ns: Ns,
         /// The new period, in ns.
-        to_ns: i64,
+        to_ns: Ns,
         /// The frame that ended the first of the new gaps.
         since: FrameRef,
     },
@@ -65,9 +66,9 @@ pub enum Learnt {
 /// Gaps that agree on another length than the period.
 #[derive(Clone, Copy, Debug, Default)]
 struct Rival {
-    sum_ns: i64,
-    least_ns: i64,
-    most_ns: i64,
+    sum_ns: Ns,
+    least_ns: Ns,
+    most_ns: Ns,
     count: u32,
     since: FrameRef,
 }
@@ -75,8 +76,8 @@ struct Rival {
 /// The mean of the former [`KEPT`] gaps, and the sum of those since.
 #[derive(Clone, Copy, Debug, Default)]
 struct Lasting {
-    before_ns: Option<i64>,
-    sum_ns: i64,
+    before_ns: Option<Ns>,
+    sum_ns: Ns,
     count: usize,
     since: FrameRef,
 }
@@ -84,15 +85,15 @@ struct Lasting {
 /// A period that is being learnt.
 #[derive(Clone, Debug, Default)]
 pub struct Period {
-    gaps: [i64; KEPT],
+    gaps: [Ns; KEPT],
     /// Number of gaps, up to [`KEPT`]; and the index of the next one.
     count: usize,
     place: usize,
-    learnt_ns: Option<i64>,
-    deviation_ns: i64,
-    configured_ns: Option<i64>,
+    learnt_ns: Option<Ns>,
+    deviation_ns: Ns,
+    configured_ns: Option<Ns>,
     /// The learnt period before it was doubted, in ns.
-    former_ns: Option<i64>,
+    former_ns: Option<Ns>,
     rival: Rival,
     lasting: Lasting,
     /// True once the first certain period has been reported.
@@ -101,8 +102,8 @@ pub struct Period {
 
 impl Period {
     /// Sets the configured period; `None` if it is unknown or off.
-    pub fn configure(&mut self, ns: Option<i64>) {
-        self.configured_ns = ns.filter(|ns| *ns > 0);
+    pub fn configure(&mut self, ns: Option<Ns>) {
+        self.configured_ns = ns.filter(|ns| *ns > Ns::ZERO);
     }
 
     /// Returns true if it is learnt or configured, and not only remembered from before a doubt.
@@ -113,17 +114,17 @@ impl Period {
     /// Returns true if it is certain, or no gap has contradicted it yet.
     pub fn is_even(&self) -> bool {
         let Some(known) = self.learnt_ns else { return true };
-        let near = |gap: &i64| gap.abs_diff(known) <= (known / 4).unsigned_abs();
+        let near = |gap: &Ns| gap.abs_diff(known) <= (known / 4).abs();
         self.count >= CERTAIN || self.gaps.iter().take(self.count).all(near)
     }
 
     /// Returns the configured period, in ns.
-    pub fn configured_ns(&self) -> Option<i64> {
+    pub fn configured_ns(&self) -> Option<Ns> {
         self.configured_ns
     }
 
     /// Returns the period that was configured, or learnt before a doubt, in ns.
-    pub fn usual_ns(&self) -> Option<i64> {
+    pub fn usual_ns(&self) -> Option<Ns> {
         self.configured_ns.or(self.former_ns)
     }
 
@@ -134,11 +135,11 @@ impl Period {
             return Some(Expected { ns, deviation_ns: self.deviation_ns, confidence, gaps: self.count });
         }
         let ns = self.configured_ns.max(self.former_ns)?;
-        Some(Expected { ns, deviation_ns: 0, confidence: Confidence::Configured, gaps: 0 })
+        Some(Expected { ns, deviation_ns: Ns::ZERO, confidence: Confidence::Configured, gaps: 0 })
     }
 
     /// Returns the learnt period, in ns.
-    pub fn learnt_ns(&self) -> Option<i64> {
+    pub fn learnt_ns(&self) -> Option<Ns> {
         self.learnt_ns
     }
 
@@ -160,8 +161,8 @@ impl Period {
 
     /// Learns from a gap in ns (above 0) that ended with the frame `at`; `uncertain_ns`: the uncertainty of the
     /// recording.
-    pub fn take(&mut self, gap_ns: i64, uncertain_ns: i64, at: FrameRef) -> Learnt {
-        if gap_ns <= 0 {
+    pub fn take(&mut self, gap_ns: Ns, uncertain_ns: Ns, at: FrameRef) -> Learnt {
+        if gap_ns <= Ns::ZERO {
             return Learnt::Nothing;
         }
         let Some(known) = self.learnt_ns else {
@@ -169,10 +170,9 @@ impl Period {
             return self.settle();
         };
         let room = self.room(known, uncertain_ns);
-        if gap_ns.abs_diff(known) <= room.unsigned_abs() {
+        if gap_ns.abs_diff(known) <= room.abs() {
             self.rival = Rival::default();
-            self.deviation_ns =
-                gap_ns.saturating_sub(known).saturating_abs().max(self.deviation_ns - self.deviation_ns / 16);
+            self.deviation_ns = (gap_ns - known).abs().max(self.deviation_ns - self.deviation_ns / 16);
             self.remember(gap_ns);
             let learnt = self.settle();
             return self.last(gap_ns, uncertain_ns, at).unwrap_or(learnt);
@@ -181,12 +181,12 @@ impl Period {
     }
 
     /// Adds an agreeing gap: the mean of many shows a change too small to show in each of them.
-    fn last(&mut self, gap_ns: i64, uncertain_ns: i64, at: FrameRef) -> Option<Learnt> {
+    fn last(&mut self, gap_ns: Ns, uncertain_ns: Ns, at: FrameRef) -> Option<Learnt> {
         let lasting = &mut self.lasting;
         if lasting.count == 0 {
-            (lasting.since, lasting.sum_ns) = (at, 0);
+            (lasting.since, lasting.sum_ns) = (at, Ns::ZERO);
         }
-        lasting.sum_ns = lasting.sum_ns.saturating_add(gap_ns);
+        lasting.sum_ns += gap_ns;
         lasting.count += 1;
         if lasting.count < KEPT {
             return None;
@@ -194,9 +194,9 @@ impl Period {
         let (to_ns, since) = (lasting.sum_ns / KEPT as i64, lasting.since);
         lasting.count = 0;
         let from_ns = *lasting.before_ns.get_or_insert(to_ns);
-        let off_ns = self.deviation_ns.saturating_add(uncertain_ns) / KEPT as i64;
-        let most = (from_ns / LASTING_PART).saturating_add(off_ns);
-        if to_ns.abs_diff(from_ns) <= most.unsigned_abs() {
+        let off_ns = (self.deviation_ns + uncertain_ns) / KEPT as i64;
+        let most = (from_ns / LASTING_PART) + off_ns;
+        if to_ns.abs_diff(from_ns) <= most.abs() {
             return None;
         }
         lasting.before_ns = Some(to_ns);
@@ -204,11 +204,11 @@ impl Period {
     }
 
     /// Returns the maximum difference of agreeing gaps, in ns.
-    fn room(&self, known: i64, uncertain_ns: i64) -> i64 {
-        (known / AGREE_PART).max(self.deviation_ns.saturating_mul(2)).max(uncertain_ns.saturating_mul(2)).min(known / 2)
+    fn room(&self, known: Ns, uncertain_ns: Ns) -> Ns {
+        (known / AGREE_PART).max(self.deviation_ns * 2).max(uncertain_ns * 2).min(known / 2)
     }
 
-    fn remember(&mut self, gap_ns: i64) {
+    fn remember(&mut self, gap_ns: Ns) {
         if let Some(slot) = self.gaps.get_mut(self.place) {
             *slot = gap_ns;
         }
@@ -222,42 +222,42 @@ impl Period {
         let Some(kept) = sorted.get_mut(..self.count) else { return Learnt::Nothing };
         kept.sort_unstable();
         let Some(median) = kept.get(self.count / 2).copied() else { return Learnt::Nothing };
-        let near = |gap: &&i64| gap.abs_diff(median) <= (median / 4).unsigned_abs();
+        let near = |gap: &&Ns| gap.abs_diff(median) <= (median / 4).abs();
         let agreeing = kept.iter().filter(near).count();
         // A single gap suffices to confirm the period from before a doubt.
-        let confirms = |former: i64| former.abs_diff(median) <= (former / AGREE_PART).unsigned_abs();
+        let confirms = |former: Ns| former.abs_diff(median) <= (former / AGREE_PART).abs();
         let likely = agreeing >= LIKELY || self.former_ns.is_some_and(confirms);
         if !likely || agreeing * 2 < self.count {
             return Learnt::Nothing;
         }
         if self.learnt_ns.is_none() {
-            let off = kept.iter().filter(near).map(|gap| gap.saturating_sub(median).saturating_abs()).max();
-            self.deviation_ns = off.unwrap_or(0);
+            let off = kept.iter().filter(near).map(|gap| (*gap - median).abs()).max();
+            self.deviation_ns = off.unwrap_or(Ns::ZERO);
         }
         self.learnt_ns = Some(median);
         if self.count < CERTAIN || std::mem::replace(&mut self.told, true) { Learnt::Nothing } else { Learnt::First }
     }
 
     /// Adds a gap of another length.
-    fn contest(&mut self, gap_ns: i64, known: i64, room: i64, at: FrameRef) -> Learnt {
+    fn contest(&mut self, gap_ns: Ns, known: Ns, room: Ns, at: FrameRef) -> Learnt {
         let rival = &mut self.rival;
         let fits = rival.count > 0
-            && rival.most_ns.max(gap_ns).saturating_sub(rival.least_ns.min(gap_ns)) <= room.max(gap_ns / 8)
+            && rival.most_ns.max(gap_ns) - rival.least_ns.min(gap_ns) <= room.max(gap_ns / 8)
             && (rival.least_ns > known) == (gap_ns > known);
         if !fits {
             *rival = Rival { sum_ns: gap_ns, least_ns: gap_ns, most_ns: gap_ns, count: 1, since: at };
             return Learnt::Nothing;
         }
-        rival.sum_ns = rival.sum_ns.saturating_add(gap_ns);
+        rival.sum_ns += gap_ns;
         (rival.least_ns, rival.most_ns) = (rival.least_ns.min(gap_ns), rival.most_ns.max(gap_ns));
         rival.count += 1;
         // They follow each other directly, or with ignored gaps between them. If their distance is no multiple of their
         // length, shorter gaps compensate them: it is jitter.
-        let mean_ns = (rival.sum_ns / i64::from(rival.count)).max(1);
+        let mean_ns = (rival.sum_ns / i64::from(rival.count)).max(Ns(1));
         let apart = i64::from(rival.count - 1);
-        let times = |lasts: i64| (lasts.saturating_add(mean_ns / 2) / mean_ns).max(apart);
-        let off = |lasts: i64| lasts.saturating_sub(times(lasts).saturating_mul(mean_ns)).saturating_abs();
-        if at.since(rival.since).is_some_and(|lasts| off(lasts) > mean_ns.saturating_mul(apart) / 8) {
+        let times = |lasts: Ns| ((lasts + mean_ns / 2) / mean_ns).max(apart);
+        let off = |lasts: Ns| (lasts - times(lasts) * mean_ns).abs();
+        if at.since(rival.since).is_some_and(|lasts| off(lasts) > mean_ns * apart / 8) {
             *rival = Rival { sum_ns: gap_ns, least_ns: gap_ns, most_ns: gap_ns, count: 1, since: at };
             return Learnt::Nothing;
         }
@@ -269,7 +269,7 @@ impl Period {
         self.lasting = Lasting::default();
         self.gaps = [to_ns; KEPT];
         (self.count, self.place) = (count as usize, count as usize % KEPT);
-        (self.learnt_ns, self.deviation_ns) = (Some(to_ns), most_ns.saturating_sub(least_ns) / 2);
+        (self.learnt_ns, self.deviation_ns) = (Some(to_ns), (most_ns - least_ns) / 2);
         Learnt::Changed { from_ns: known, to_ns, since }
     }
 }

@@ -1,5 +1,7 @@
 //! The latest gaps of a stream, and its usual gap.
 
+use crate::bytes::ns::Ns;
+
 use std::cmp::Ordering;
 
 /// Number of gaps from which period and jitter are computed.
@@ -8,13 +10,13 @@ const KEPT: usize = 16;
 /// The last gaps of a stream.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RecentGaps {
-    gaps: [i64; KEPT],
+    gaps: [Ns; KEPT],
     measured: usize,
 }
 
 impl RecentGaps {
     /// Adds a gap, in ns.
-    pub fn add(&mut self, gap_ns: i64) {
+    pub fn add(&mut self, gap_ns: Ns) {
         if let Some(slot) = self.gaps.get_mut(self.measured % KEPT) {
             *slot = gap_ns;
         }
@@ -22,11 +24,11 @@ impl RecentGaps {
     }
 
     /// Returns the mean of the gaps in ns, and the greatest deviation from it if there are several.
-    pub fn period(&self) -> Option<(i64, Option<i64>)> {
+    pub fn period(&self) -> Option<(Ns, Option<Ns>)> {
         let gaps = self.gaps.get(..self.measured.min(KEPT)).filter(|gaps| !gaps.is_empty())?;
-        let mean = gaps.iter().map(|gap| i128::from(*gap)).sum::<i128>() / gaps.len() as i128;
-        let mean = mean as i64;
-        let jitter = gaps.iter().map(|gap| gap.saturating_sub(mean).saturating_abs()).max()?;
+        let mean = gaps.iter().map(|gap| i128::from(gap.as_ns())).sum::<i128>() / gaps.len() as i128;
+        let mean = Ns(mean as i64);
+        let jitter = gaps.iter().map(|gap| (*gap - mean).abs()).max()?;
         Some((mean, Some(jitter).filter(|_| gaps.len() > 1)))
     }
 }
@@ -46,13 +48,13 @@ const EVEN: i64 = 8;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct UsualGap {
     /// The mean in ns.
-    pub ns: i64,
+    pub ns: Ns,
     /// The mean deviation of gaps from it, in ns.
-    off_ns: i64,
+    off_ns: Ns,
     /// Number of gaps in the mean.
     count: u32,
     /// The median of all gaps in ns, about, and their number.
-    median_ns: i64,
+    median_ns: Ns,
     seen: u32,
 }
 
@@ -64,22 +66,22 @@ impl UsualGap {
 
     /// Returns true if it is known and the stream keeps it.
     pub fn is_even(&self) -> bool {
-        self.is_known() && self.off_ns.saturating_mul(EVEN) < self.ns
+        self.is_known() && self.off_ns * EVEN < self.ns
     }
 
     /// Learns from a gap in ns.
     #[inline]
-    pub fn learn(&mut self, gap_ns: i64) {
+    pub fn learn(&mut self, gap_ns: Ns) {
         // Not one division by the one or the other: by a constant each is a shift.
         let step = if self.seen < FIRST { self.median_ns / FIRST_STEP } else { self.median_ns / STEP };
         self.median_ns = match gap_ns.cmp(&self.median_ns) {
             _ if self.seen == 0 => gap_ns,
-            Ordering::Greater => gap_ns.min(self.median_ns.saturating_add(step)),
-            Ordering::Less => gap_ns.max(self.median_ns.saturating_sub(step)),
+            Ordering::Greater => gap_ns.min(self.median_ns + step),
+            Ordering::Less => gap_ns.max(self.median_ns - step),
             Ordering::Equal => gap_ns,
         };
         self.seen = self.seen.saturating_add(1);
-        let near = |ns: i64| ns.saturating_mul(ODD) > self.median_ns && ns < self.median_ns.saturating_mul(ODD);
+        let near = |ns: Ns| ns * ODD > self.median_ns && ns < self.median_ns * ODD;
         if !near(gap_ns) {
             return;
         }
@@ -87,9 +89,9 @@ impl UsualGap {
             self.count = 0;
         }
         let mean = if self.count == 0 { gap_ns } else { self.ns };
-        self.ns = mean.saturating_add(gap_ns.saturating_sub(mean) / 8);
-        let off_ns = gap_ns.saturating_sub(self.ns).saturating_abs();
-        self.off_ns = self.off_ns.saturating_add(off_ns.saturating_sub(self.off_ns) / 8);
+        self.ns = mean + (gap_ns - mean) / 8;
+        let off_ns = (gap_ns - self.ns).abs();
+        self.off_ns += (off_ns - self.off_ns) / 8;
         self.count = self.count.saturating_add(1);
     }
 }

@@ -3,6 +3,8 @@
 //! A sender that only reports changes does not repeat what it has said. If it does, always after the same time, and
 //! never waits for longer, then a timer makes it send.
 
+use crate::bytes::ns::Ns;
+
 /// Part of the longest gap by which the gaps of one timer differ.
 const EVEN_PART: i64 = 16;
 /// Number of unchanged frames after the longest gap that show a timer.
@@ -11,24 +13,24 @@ const SHOWN: u32 = 10;
 /// A timer that is being learnt.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Timer {
-    longest_ns: i64,
+    longest_ns: Ns,
     /// Number of unchanged frames after a gap of that length.
     reached: u32,
 }
 
 impl Timer {
     /// Learns from a gap in ns; `unchanged`: the frame behind it says the same as the one before.
-    pub fn take(&mut self, gap_ns: i64, unchanged: bool) {
+    pub fn take(&mut self, gap_ns: Ns, unchanged: bool) {
         let room_ns = self.longest_ns / EVEN_PART;
-        if gap_ns > self.longest_ns.saturating_add(room_ns) {
+        if gap_ns > self.longest_ns + room_ns {
             (self.longest_ns, self.reached) = (gap_ns, 0);
         }
-        let reaches = gap_ns > 0 && gap_ns >= self.longest_ns.saturating_sub(room_ns);
+        let reaches = gap_ns > Ns::ZERO && gap_ns >= self.longest_ns - room_ns;
         self.reached = self.reached.saturating_add(u32::from(unchanged && reaches));
     }
 
     /// Returns the time in ns, once it is shown.
-    pub fn ns(&self) -> Option<i64> {
+    pub fn ns(&self) -> Option<Ns> {
         (self.reached >= SHOWN).then_some(self.longest_ns)
     }
 }
@@ -39,8 +41,8 @@ mod tests {
 
     fn taught(gaps: &[(i64, bool)]) -> Option<i64> {
         let mut timer = Timer::default();
-        gaps.iter().for_each(|(gap_ns, unchanged)| timer.take(*gap_ns, *unchanged));
-        timer.ns()
+        gaps.iter().for_each(|(gap_ns, unchanged)| timer.take(Ns(*gap_ns), *unchanged));
+        timer.ns().map(Ns::as_ns)
     }
 
     #[test]

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::problem::{Grade, Problem, StepRole, Subject, bit};
 use crate::problems::roles::KindRole;
@@ -17,10 +18,10 @@ use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
 
 /// Time after which a node without a start command, while others run, is considered not started, in ns.
-const WAITING_NS: i64 = 5_000_000_000;
+const WAITING_NS: Ns = Ns::from_s(5);
 /// Number of reads of the device type in one boot; more of them, at least this far apart in ns, are repeated boots.
 const READS: u64 = 3;
-const APART_NS: i64 = 500_000_000;
+const APART_NS: Ns = Ns::from_ms(500);
 
 /// A node that has not been started yet.
 #[derive(Clone, Copy, Debug)]
@@ -102,8 +103,8 @@ impl Boots {
             let mut open = scene.ledger.all.iter().filter(of_node);
             let commanded = open.clone().any(|one| one.kind.is(KindRole::RpdosIgnored));
             let meant_to_run = running & !bit(node) != 0 || cycles || commanded;
-            let rest = scene.heard.last(node).and_then(|last| scene.at.since(last)).unwrap_or(i64::MAX);
-            let here = rest <= scene.bus.heartbeat_period(node).unwrap_or(0).saturating_mul(2).max(WAITING_NS / 2);
+            let rest = scene.heard.last(node).and_then(|last| scene.at.since(last)).unwrap_or(Ns::MAX);
+            let here = rest <= (scene.bus.heartbeat_period(node).unwrap_or(Ns::ZERO) * 2).max(WAITING_NS / 2);
             if !long || !here || !meant_to_run || scene.heard.is_operational(node) {
                 continue;
             }

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::checks::pdo::configuration::pdo_parameter;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
@@ -20,7 +21,7 @@ use crate::sdo::transfer::{Abort, Direction, Status, Transfer};
 use crate::sdo::wire::{Mux, Side};
 
 /// Minimum pause that ends a run of writes, in ns.
-const PAUSE_NS: i64 = 2_000_000_000;
+const PAUSE_NS: Ns = Ns::from_s(2);
 /// The abort code of a client after a time-out.
 /// Maximum number of refused objects of a node.
 const KEPT: usize = 64;

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use super::AGAIN_NS;
 use crate::bytes::frame::{Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::checks::limits::{FAULT_EMCY_NS, FAULTS_TOGETHER_NS};
 use crate::problems::kinds::{ProblemKind, signed};
 use crate::problems::ledger::LedgerPlace;
@@ -22,7 +23,7 @@ use crate::world::event::{ProcessData, Signals, Unmapped};
 use crate::world::node::PerNode;
 
 /// Time after which a drive in fault when first seen is reported, in ns; one that was just switched on is reset before.
-const SEEN_NS: i64 = 3_000_000_000;
+const SEEN_NS: Ns = Ns::from_s(3);
 
 /// The open problems of the drives of a bus.
 #[derive(Clone, Debug, Default)]
@@ -151,8 +152,7 @@ impl Drives {
         scene: &mut Scene<'_>,
     ) {
         let because = because_of.map(|frame| frame.no);
-        let near =
-            |one: &Problem, ns: i64| at.since(one.repeats.since).is_some_and(|since| since.saturating_abs() <= ns);
+        let near = |one: &Problem, ns: Ns| at.since(one.repeats.since).is_some_and(|since| since.abs() <= ns);
         let open = self.faults.get(&node).copied();
         let open = open.filter(|place| {
             scene.ledger.get(*place).is_some_and(|one| one.end.is_none() && near(one, FAULTS_TOGETHER_NS))

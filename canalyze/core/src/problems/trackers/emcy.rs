@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use super::AGAIN_NS;
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::problems::kinds::{ProblemKind, reported};
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Problem, StepRole, Subject, bit};
@@ -18,7 +19,7 @@ use crate::sdo::wire::Mux;
 use crate::world::change::EmcyChange;
 
 /// Maximum distance of errors of one node with one cause, in ns.
-const TOGETHER_NS: i64 = 500_000_000;
+const TOGETHER_NS: Ns = Ns::from_ms(500);
 
 /// Number of reports of a loss, without one, that show the consumer's time to be too short, if no earlier sign does.
 const TOO_SHORT: u64 = 3;
@@ -121,7 +122,7 @@ impl Emergencies {
         let near = scene.ledger.last(scene.id, |one| {
             let near = one.began_within(at, TOGETHER_NS)
                 || one.steps.last().is_some_and(|step| {
-                    at.since(step.at).is_some_and(|since| (0..=TOGETHER_NS).contains(&since))
+                    at.since(step.at).is_some_and(|since| (Ns::ZERO..=TOGETHER_NS).contains(&since))
                         && !one.clue.reported.is_empty()
                 });
             let errs = !one.clue.reported.is_empty() || one.kind.is(KindRole::Announced);
@@ -208,7 +209,7 @@ impl Emergencies {
             let Some(one) = scene.ledger.get(place) else { continue };
             let silent = one.bus == scene.id && one.kind.is(KindRole::LostBeats);
             // A silence at the end that is longer than all before is none of those.
-            let periods = one.ns("period").unwrap_or(0).saturating_mul(SILENT_PERIODS);
+            let periods = one.ns("period").unwrap_or(Ns::ZERO) * SILENT_PERIODS;
             let again = one.repeats.count > 1 && scene.at.since(one.repeats.since).is_some_and(|rest| rest < periods);
             let silent = silent && (one.end.is_some() || again);
             let Some(node) = one.subject.node.filter(|_| silent && !one.has("boot_up")) else { continue };
@@ -321,18 +322,17 @@ fn is_too_short(one: &mut Problem, (watched, limit, period, _): Short, written: 
 }
 
 /// A monitored node, its consumer's time and its period in ns, and the sub-index of 1016h.
-type Short = (u8, i64, i64, u8);
+type Short = (u8, Ns, Ns, u8);
 
 /// Returns a monitored node whose heartbeats come with a period longer than its consumer waits.
-fn too_short(watched: &[(u8, i64, u8)], manufacturer: [u8; 5], scene: &Scene<'_>) -> Option<Short> {
-    let here = |node: u8, period: i64| {
+fn too_short(watched: &[(u8, Ns, u8)], manufacturer: [u8; 5], scene: &Scene<'_>) -> Option<Short> {
+    let here = |node: u8, period: Ns| {
         let last = scene.heard.last_heartbeat(node).and_then(|last| scene.at.since(last));
-        last.is_some_and(|since| since <= period.saturating_add(period / 4))
+        last.is_some_and(|since| since <= period + period / 4)
     };
     let short = watched.iter().filter_map(|(node, limit, sub)| {
         let period = scene.bus.heartbeat_period(*node)?;
-        (limit.saturating_mul(10) <= period.saturating_mul(12) && here(*node, period))
-            .then_some((*node, *limit, period, *sub))
+        (*limit * 10 <= period * 12 && here(*node, period)).then_some((*node, *limit, period, *sub))
     });
     let short: Vec<_> = short.collect();
     // CANopenNode names the entry of 1016h: its index from 0 follows the error bit.

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use super::rules::GOES_ON;
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Problem, StepRole, Subject};
@@ -21,7 +22,7 @@ const CONSUMER_TIME: u16 = 0x1016;
 const PRODUCER_TIME: u16 = 0x1017;
 /// Number of periods without any frame of a node behind its boot-up, and minimum time in ns, from which it is mute.
 const MUTE_PERIODS: i64 = 10;
-const MUTE_NS: i64 = 5_000_000_000;
+const MUTE_NS: Ns = Ns::from_s(5);
 /// A period that differs by less than this part is the same, and number of times in a row that show one.
 const SAME: i64 = 8;
 const STEADY: u32 = 3;
@@ -35,9 +36,9 @@ pub(in crate::problems) struct MissingHeartbeats {
     /// The last transfer of a consumer heartbeat time with each node.
     consumers: BTreeMap<u8, FrameRef>,
     /// The last time between two heartbeats of a node, in ns, and the number of times in a row that it was the same.
-    periods: BTreeMap<u8, (i64, u32)>,
+    periods: BTreeMap<u8, (Ns, u32)>,
     /// The boot-up of each node that sent heartbeats before it, and their period in ns.
-    booted: BTreeMap<u8, (FrameRef, i64)>,
+    booted: BTreeMap<u8, (FrameRef, Ns)>,
 }
 
 impl MissingHeartbeats {
@@ -78,7 +79,7 @@ impl MissingHeartbeats {
 
     /// Processes a heartbeat, before it is recorded as the last one.
     pub(in crate::problems) fn beat(&mut self, node: u8, scene: &mut Scene<'_>) {
-        if let Some(period) = scene.at.since(scene.heard.last_heartbeat(node)).filter(|period| *period > 0) {
+        if let Some(period) = scene.at.since(scene.heard.last_heartbeat(node)).filter(|period| *period > Ns::ZERO) {
             let (before, run) = self.periods.get(&node).copied().unwrap_or_default();
             let run = if is_same(before, period) { run.saturating_add(1) } else { 0 };
             self.periods.insert(node, (period, run));
@@ -122,8 +123,7 @@ impl MissingHeartbeats {
         }
         for (node, (boot_up, period)) in std::mem::take(&mut self.booted) {
             let silent = scene.heard.last(node) == Some(boot_up);
-            let long =
-                scene.at.since(boot_up).is_some_and(|since| since >= MUTE_NS.max(period.saturating_mul(MUTE_PERIODS)));
+            let long = scene.at.since(boot_up).is_some_and(|since| since >= MUTE_NS.max(period * MUTE_PERIODS));
             let told = scene
                 .ledger
                 .all
@@ -144,8 +144,7 @@ impl MissingHeartbeats {
         for (node, first) in std::mem::take(&mut self.consumers) {
             for (watched, limit, _) in scene.watched(node) {
                 let absent = scene.heard.last(watched).is_none();
-                let long =
-                    absent && scene.at.since(first).is_some_and(|since| since > limit.saturating_mul(CONSUMER_TIMES));
+                let long = absent && scene.at.since(first).is_some_and(|since| since > limit * CONSUMER_TIMES);
                 let told = scene
                     .ledger
                     .all
@@ -172,8 +171,8 @@ pub(in crate::problems) fn never_seen(one: &mut Problem, node: u8) {
 }
 
 /// Returns true if two periods are the same, in ns.
-fn is_same(one: i64, other: i64) -> bool {
-    one.saturating_sub(other).saturating_abs() <= one / SAME
+fn is_same(one: Ns, other: Ns) -> bool {
+    (one - other).abs() <= one / SAME
 }
 
 /// Returns true if a problem concerns a node of the bus.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::{CanId, Frame, FrameRef, Kind};
+use crate::bytes::ns::Ns;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Problem, Subject, bit};
@@ -15,12 +16,12 @@ use crate::sdo::wire::Mux;
 /// The identity object (CiA 301, 7.5.2.21).
 const IDENTITY: u16 = 0x1018;
 /// Maximum time between a request and a response, in ns.
-const SOON_NS: i64 = 500_000_000;
+const SOON_NS: Ns = Ns::from_ms(500);
 
 /// The command bytes of responses that name an object: expedited uploads with their size, and downloads.
 const RESPONSES: [u8; 5] = [0x43, 0x47, 0x4B, 0x4F, 0x60];
 /// Maximum time between the responses of two servers to one request, in ns.
-const SECOND_NS: i64 = 50_000_000;
+const SECOND_NS: Ns = Ns::from_ms(50);
 /// Number of second responses with other data that show two servers, and of requests in a row with two equal ones.
 const DOUBLED: u64 = 3;
 const EQUAL: u32 = 10;
@@ -116,7 +117,7 @@ impl Identities {
             *row = if std::mem::take(doubled) { *row } else { 0 };
         }
         let Some((before, first, then)) = earlier.filter(|_| asked.is_none()) else { return };
-        let soon = at.since(then).is_none_or(|since| (0..SECOND_NS).contains(&since));
+        let soon = at.since(then).is_none_or(|since| (Ns::ZERO..SECOND_NS).contains(&since));
         if before != mux || !soon {
             return;
         }
@@ -167,7 +168,7 @@ impl Identities {
         }
         let mux = Mux { index: u16::from_le_bytes([low, high]), sub };
         let (at, id) = (frame.reference(), frame.id.raw());
-        let soon = |asked: FrameRef| at.since(asked).is_none_or(|since| (0..SOON_NS).contains(&since));
+        let soon = |asked: FrameRef| at.since(asked).is_none_or(|since| (Ns::ZERO..SOON_NS).contains(&since));
         let mut open = self.asked.iter().filter(|(_, (asked, when))| *asked == mux && at.no > when.no && soon(*when));
         // That of a server with a request of its own may be the response to that, listed late.
         if (0x581..=0x5FF).contains(&id) && self.requested >> (id & 0x7F) & 1 != 0 {

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Problem, StepRole, Subject};
@@ -21,7 +22,7 @@ const READS: u64 = 5;
 /// Number of resets with a boot-up behind each, without the state Operational in between and not further apart than
 /// `RESETS_NS` in ns, that are a problem.
 const RESETS: u64 = 3;
-const RESETS_NS: i64 = 30_000_000_000;
+const RESETS_NS: Ns = Ns::from_s(30);
 /// Number of commands to a node of its own that was never heard.
 const COMMANDS: u64 = 2;
 /// Maximum number of objects that are followed.
@@ -144,7 +145,7 @@ impl InVain {
             // It runs for longer than it did between the resets.
             let mean = tries.last.since(tries.first).map(|all| all / tries.count.saturating_sub(1).max(1) as i64);
             let rest = scene.at.since(tries.last);
-            let stays = mean.zip(rest).is_some_and(|(mean, rest)| rest > mean.saturating_mul(2));
+            let stays = mean.zip(rest).is_some_and(|(mean, rest)| rest > mean * 2);
             if stays && scene.heard.is_operational(node) {
                 one.ends(tries.last);
             }

@@ -5,6 +5,7 @@
 //! lower bound. Bits are estimated (`summary` counts exactly). SDO is not judged, since block transfers fill a bus by design.
 
 use crate::bytes::frame::{CanId, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::evidence::period::recent::UsualGap;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
@@ -18,7 +19,7 @@ use crate::world::bus::Bus;
 /// Number of 11-bit identifiers.
 const IDENTIFIERS: usize = 0x800;
 /// Window for measuring the load, in ns.
-const WINDOW_NS: i64 = 100_000_000;
+const WINDOW_NS: Ns = Ns::from_ms(100);
 /// Load in percent of the bit rate from which on frames of low priority wait, and below which that is over.
 const OVERLOAD: i64 = 80;
 const RELIEVED: i64 = 60;
@@ -28,16 +29,16 @@ const WINDOWS: u32 = 3;
 const TIMES: i64 = 5;
 /// ... its minimum number of frames, minimum duration in ns, and maximum mean gap in ns.
 const RUN: u32 = 50;
-const RUN_NS: i64 = 200_000_000;
-const RUN_GAP_NS: i64 = 10_000_000;
+const RUN_NS: Ns = Ns::from_ms(200);
+const RUN_GAP_NS: Ns = Ns::from_ms(10);
 /// Number of frames of a new identifier from which it may flood the bus, and number of frames of others that were due since
 /// then at their rate before, of which less than a quarter came.
 const NEW: u32 = 128;
 const DUE: i64 = 8;
 /// Time without a frame after which a flood is over, in ns.
-const DRY_NS: i64 = 500_000_000;
+const DRY_NS: Ns = Ns::from_ms(500);
 /// Maximum time from a write or command to traffic that it caused, in ns, which is no flood.
-const ASKED_NS: i64 = 1_000_000_000;
+const ASKED_NS: Ns = Ns::from_s(1);
 /// Number of frames after a repeated start that show the new period of a PDO.
 const AFTER_START: u32 = 12;
 /// The bit rates of CANopen (CiA 301, table 1), in kbit/s.
@@ -64,7 +65,7 @@ struct Stream {
     new: bool,
     flood: Option<LedgerPlace>,
     /// Mean gap before a repeated start in ns, its frame, and the number of frames since.
-    started: Option<(i64, FrameRef, u32)>,
+    started: Option<(Ns, FrameRef, u32)>,
 }
 
 impl Stream {
@@ -72,7 +73,7 @@ impl Stream {
     /// of the bus so far, which `began` with one.
     fn silences(&self, at: FrameRef, frames: u64, began: FrameRef) -> bool {
         let (Some(before), Some(lasts)) = (self.first.since(began), at.since(self.first)) else { return false };
-        let due = (self.ahead as i64).saturating_mul(lasts / 1_000) / (before / 1_000).max(1);
+        let due = lasts / 1_000 * self.ahead as i64 / (before / 1_000).max(Ns(1));
         let others = (frames - self.ahead).saturating_sub(u64::from(self.count));
         let dense = lasts / i64::from(self.count.max(1)) <= RUN_GAP_NS;
         dense && before >= lasts && due >= DUE && others.saturating_mul(4) < due.unsigned_abs()
@@ -101,7 +102,7 @@ pub(in crate::problems) struct LoadProblem {
     /// Number of frames so far, and the first one.
     frames: u64,
     began: Option<FrameRef>,
-    last_ns: Option<i64>,
+    last_ns: Option<Ns>,
     /// Number of frames that came too soon for the rate below, by [`RATES`].
     faster: [u64; RATES.len()],
     /// The identifier of the last frame, and the number of [`RATES`] at which an SDO response came too soon.
@@ -134,12 +135,12 @@ impl LoadProblem {
         self.frames += 1;
         let size = bits(frame);
         if let Some(last) = self.last_ns.replace(now) {
-            let gap = now.saturating_sub(last);
+            let gap = now - last;
             // What follows asks for no more than 1.28 times the frame's own time: most gaps are longer, without a division.
-            let near = gap.saturating_mul(self.assumed.max(1)) < size * 1_300_000;
-            let least_ns = if near { size * 1_000_000 / self.assumed.max(1) * 8 / 10 } else { 0 };
+            let near = gap * self.assumed.max(1) < Ns::from_us(size * 1_300);
+            let least_ns = if near { Ns::from_ms(size) / self.assumed.max(1) * 8 / 10 } else { Ns::ZERO };
             self.window.short += u32::from(gap < least_ns);
-            let carried = RATES.iter().take_while(|rate| size * 1_000_000 > gap.max(0).saturating_mul(**rate * 5 / 4));
+            let carried = RATES.iter().take_while(|rate| Ns::from_ms(size) > gap.max(Ns::ZERO) * (**rate * 5 / 4));
             if let Some(rate) = carried.count().checked_sub(1)
                 && let Some(count) = self.faster.get_mut(rate)
             {
@@ -154,7 +155,8 @@ impl LoadProblem {
             }
         }
         self.last_id = frame.id.raw();
-        let over = frame.reference().since(self.window.begin).is_none_or(|since| !(0..WINDOW_NS).contains(&since));
+        let over =
+            frame.reference().since(self.window.begin).is_none_or(|since| !(Ns::ZERO..WINDOW_NS).contains(&since));
         if over || self.window.frames == 0 {
             self.window_over(frame.reference(), scene);
         }
@@ -178,7 +180,7 @@ impl LoadProblem {
         if last.no == 0 {
             (one.first, one.ahead) = (at, frames);
         }
-        let Some(gap) = at.since(last).filter(|gap| last.no > 0 && *gap >= 0) else { return };
+        let Some(gap) = at.since(last).filter(|gap| last.no > 0 && *gap >= Ns::ZERO) else { return };
         if one.new && gap <= RUN_GAP_NS {
             return;
         }
@@ -190,7 +192,7 @@ impl LoadProblem {
             one.flood = scene.ledger.open(ProblemKind::Flood, scene.id, Subject::of(node), one.first, at);
             if let Some(flood) = one.flood.and_then(|place| scene.ledger.get_mut(place)) {
                 flood.fact("id", Quantity::Id(CanId::standard(identifier as u16)));
-                flood.fact("gap", Quantity::Ns(at.since(one.first).unwrap_or(0) / i64::from(one.count)));
+                flood.fact("gap", Quantity::Ns(at.since(one.first).unwrap_or(Ns::ZERO) / i64::from(one.count)));
             }
             return;
         }
@@ -198,12 +200,12 @@ impl LoadProblem {
             let since = if count == 0 { at } else { since };
             one.started = Some((before, since, count + 1)).filter(|_| count + 1 < AFTER_START);
             if one.started.is_none() {
-                let now = at.since(since).unwrap_or(0) / i64::from(count.max(1));
+                let now = at.since(since).unwrap_or(Ns::ZERO) / i64::from(count.max(1));
                 multiplied(identifier, (before, now), (since, at), scene);
             }
         }
         let Some(one) = self.streams.get_mut(identifier) else { return };
-        if !one.usual.is_known() || gap.saturating_mul(TIMES) > one.usual.ns {
+        if !one.usual.is_known() || gap * TIMES > one.usual.ns {
             one.usual.learn(gap);
             one.run = 0;
             if let Some(place) = one.flood.take() {
@@ -215,14 +217,14 @@ impl LoadProblem {
             (one.since, one.before) = (at, frames);
         }
         one.run += 1;
-        let lasts = at.since(one.since).unwrap_or(0);
+        let lasts = at.since(one.since).unwrap_or(Ns::ZERO);
         let dense = lasts / i64::from(one.run) <= RUN_GAP_NS;
         let share = u64::from(one.run) * 2 > frames - one.before;
         if one.flood.is_some() || one.run < RUN || lasts < RUN_NS || !dense || !share {
             return;
         }
         let asked = node.and_then(|node| scene.heard.asked(node));
-        if asked.is_some_and(|asked| one.since.since(asked).is_some_and(|since| since.saturating_abs() <= ASKED_NS)) {
+        if asked.is_some_and(|asked| one.since.since(asked).is_some_and(|since| since.abs() <= ASKED_NS)) {
             return;
         }
         self.flooded += 1;
@@ -243,7 +245,7 @@ impl LoadProblem {
     /// Ends floods without a frame for long enough.
     fn dry(&mut self, at: FrameRef, scene: &mut Scene<'_>) {
         for one in self.streams.iter_mut().filter(|one| one.flood.is_some()) {
-            let rest = at.since(one.last).unwrap_or(0);
+            let rest = at.since(one.last).unwrap_or(Ns::ZERO);
             if rest > one.usual.ns.max(DRY_NS)
                 && let Some(place) = one.flood.take()
             {
@@ -272,9 +274,9 @@ impl LoadProblem {
     fn window_over(&mut self, at: FrameRef, scene: &mut Scene<'_>) {
         let Window { begin, bits, frames, short, tight, lengths } =
             std::mem::replace(&mut self.window, Window { begin: at, ..Window::default() });
-        let Some(lasted) = at.since(begin).filter(|lasted| frames > 0 && *lasted > 0) else { return };
+        let Some(lasted) = at.since(begin).filter(|lasted| frames > 0 && *lasted > Ns::ZERO) else { return };
         // Bits per millisecond are kbit/s.
-        let used = bits * 1_000_000 / lasted.max(WINDOW_NS);
+        let used = Ns::from_ms(bits) / lasted.max(WINDOW_NS);
         let (rate, sure) = match scene.heard.bit_rate {
             Some(rate) => (i64::from(rate) / 1000, true),
             None => {
@@ -348,10 +350,9 @@ fn over(place: LedgerPlace, at: FrameRef, scene: &mut Scene<'_>) {
 }
 
 /// Records a PDO that comes two or three times as often since a repeated start.
-fn multiplied(identifier: usize, (before, now): (i64, i64), (since, at): (FrameRef, FrameRef), scene: &mut Scene<'_>) {
+fn multiplied(identifier: usize, (before, now): (Ns, Ns), (since, at): (FrameRef, FrameRef), scene: &mut Scene<'_>) {
     let Carries::Tpdo { node, number } = scene.bus.carries(identifier as u16) else { return };
-    let fits =
-        [2, 3].into_iter().any(|times| before.saturating_sub(now.saturating_mul(times)).saturating_abs() <= before / 8);
+    let fits = [2, 3].into_iter().any(|times| (before - now * times).abs() <= before / 8);
     if !fits {
         return;
     }

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Grade, StepRole, Subject, bit, members};
@@ -16,14 +17,14 @@ use crate::problems::scene::{Last, Scene};
 use crate::sdo::wire::Mux;
 
 /// Maximum time from a stop to the start that contradicts it, in ns.
-const CONTRARY_NS: i64 = 2_000_000_000;
+const CONTRARY_NS: Ns = Ns::from_s(2);
 /// Number of contradictions for one node, this close together in ns, that show a second master.
 const CONTRADICTIONS: usize = 2;
-const WITHIN_NS: i64 = 15_000_000_000;
+const WITHIN_NS: Ns = Ns::from_s(15);
 /// Minimum time after which a client gives up and requests something else, in ns.
-const SOON_NS: i64 = 50_000_000;
+const SOON_NS: Ns = Ns::from_ms(50);
 /// Time with only one client after which the other one is gone, in ns.
-const QUIET_NS: i64 = 5_000_000_000;
+const QUIET_NS: Ns = Ns::from_s(5);
 /// Maximum number of kept contradictions of a node.
 const KEPT: usize = 8;
 
@@ -67,7 +68,7 @@ impl Masters {
     /// Records a client's request for an object.
     pub(in crate::problems) fn asked(&mut self, node: u8, mux: Mux, at: FrameRef) {
         let before = self.asked.get(&node).map(|(last, _)| *last).filter(|(other, since, answered)| {
-            !answered && *other != mux && at.since(*since).is_some_and(|since| (0..=SOON_NS).contains(&since))
+            !answered && *other != mux && at.since(*since).is_some_and(|since| (Ns::ZERO..=SOON_NS).contains(&since))
         });
         self.asked.insert(node, ((mux, at, false), before));
     }
@@ -134,13 +135,14 @@ impl Masters {
         else {
             return;
         };
-        let soon = at.since(stop.1).is_some_and(|since| (0..=CONTRARY_NS).contains(&since));
+        let soon = at.since(stop.1).is_some_and(|since| (Ns::ZERO..=CONTRARY_NS).contains(&since));
         let told = |node: u8| scene.heard.noted(Last::Written, node).is_some_and(|written| written.no > stop.1.no);
         let for_a_reason = if node == 0 { members(scene.heard.known).any(told) } else { told(node) };
         if !soon || for_a_reason {
             return;
         }
-        one.contrary.retain(|(_, (_, start))| at.since(*start).is_some_and(|since| (0..=WITHIN_NS).contains(&since)));
+        one.contrary
+            .retain(|(_, (_, start))| at.since(*start).is_some_and(|since| (Ns::ZERO..=WITHIN_NS).contains(&since)));
         if one.contrary.len() < KEPT {
             one.contrary.push((stop, (command, at)));
         }

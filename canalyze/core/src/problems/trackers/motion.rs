@@ -5,6 +5,7 @@
 //! the mode of operation is ignored while the mode is not known.
 
 use crate::bytes::frame::{Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::evidence::period::recent::UsualGap;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
@@ -42,14 +43,14 @@ const CYCLIC: [i8; 4] = [7, 8, 9, 10];
 const FOLLOWS: [i8; 3] = [PROFILE_POSITION, 7, 8];
 
 /// Minimum time for which a bit has to be set to mean trouble, in ns: a single sample may be a transition.
-const STANDS_NS: i64 = 1_000_000_000;
+const STANDS_NS: Ns = Ns::from_s(1);
 /// Maximum time until a set-point is acknowledged, in ns; and the number of statuswords that have to show that it is
 /// not.
-const ACKNOWLEDGE_NS: i64 = 500_000_000;
+const ACKNOWLEDGE_NS: Ns = Ns::from_ms(500);
 const SAMPLES: u32 = 3;
 /// Time in ns after which an axis that is commanded to be ready, but stays disabled, has a reason that no command
 /// shows.
-const ENABLE_NS: i64 = 5_000_000_000;
+const ENABLE_NS: Ns = Ns::from_s(5);
 /// Ratio to the period of targets from which on one is missing.
 const MISSING: i64 = 3;
 /// Ratio of the time without a target at the end of the capture from which on they have stopped.
@@ -400,7 +401,7 @@ impl Motions {
         let axes =
             self.axes.iter_mut().flat_map(|(node, axes)| (0..).zip(axes).map(move |(axis, one)| ((node, axis), one)));
         for (name, one) in axes.filter_map(|(name, axis)| Some((name, axis.targets.take()?))) {
-            let rest = scene.at.since(one.last).unwrap_or(0);
+            let rest = scene.at.since(one.last).unwrap_or(Ns::ZERO);
             let told = scene
                 .ledger
                 .last(scene.id, |other| other.kind == ProblemKind::TargetsLate && other.subject.node == Some(name.0));
@@ -409,12 +410,12 @@ impl Motions {
                 other.kind.is(KindRole::NoRpdo) && other.subject.concerns(name.0) && other.end.is_none()
             });
             // With its controller everything has stopped, or the capture ends.
-            let controlled = scene.heard.control.since(one.last).unwrap_or(0);
+            let controlled = scene.heard.control.since(one.last).unwrap_or(Ns::ZERO);
             if !one.usual.is_known()
-                || controlled < one.usual.ns.saturating_mul(GONE)
+                || controlled < one.usual.ns * GONE
                 || stopped.is_some()
                 || scene.bus.state(name.0).is_some_and(|state| state != OPERATIONAL)
-                || rest < one.usual.ns.saturating_mul(GONE)
+                || rest < one.usual.ns * GONE
                 || scene.heard.last(name.0).is_none_or(|last| last.no < one.last.no)
             {
                 continue;
@@ -440,13 +441,13 @@ impl Motions {
         }
         let one = axis.targets.get_or_insert_default();
         let last = std::mem::replace(&mut one.last, at);
-        let Some(gap) = at.since(last).filter(|gap| last.no > 0 && *gap > 0) else { return };
+        let Some(gap) = at.since(last).filter(|gap| last.no > 0 && *gap > Ns::ZERO) else { return };
         let period = one.usual.ns;
         // A recorder that was held back delivers many at once.
-        if one.usual.is_known() && gap.saturating_mul(MISSING) < period {
+        if one.usual.is_known() && gap * MISSING < period {
             return;
         }
-        if !one.usual.is_known() || gap < period.saturating_mul(MISSING) {
+        if !one.usual.is_known() || gap < period * MISSING {
             return one.usual.learn(gap);
         }
         let again =

@@ -4,6 +4,7 @@
 
 use super::AGAIN_NS;
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::checks::pdo::configuration::pdo_parameter;
 use crate::problems::kinds::{ProblemKind, signed};
 use crate::problems::ledger::{DOUBLE_NS, LedgerPlace};
@@ -18,15 +19,15 @@ use crate::sdo::transfer::Transfer;
 use crate::sdo::wire::Mux;
 
 /// Maximum distance of problems of one SDO server that are one, in ns.
-const ONE_TRANSFER_NS: i64 = 2_000_000_000;
+const ONE_TRANSFER_NS: Ns = Ns::from_s(2);
 /// A period that differs by less than this part is the same again.
 const SAME_PERIOD: i64 = 8;
 /// Ratio to its limit from which on a PDO is missing and not late.
 const MISSING: i64 = 5;
 /// Time without a PDO after which it is no longer sent, in ns.
-const NO_LONGER_NS: i64 = 2_000_000_000;
+const NO_LONGER_NS: Ns = Ns::from_s(2);
 /// Maximum time from the first to the last node that a master stops guarding, in ns.
-const MASTER_NS: i64 = 5_000_000_000;
+const MASTER_NS: Ns = Ns::from_s(5);
 /// Number of times from which a problem is still open at the end of the capture if the next time is not due yet.
 pub(in crate::problems) const GOES_ON: u64 = 3;
 
@@ -154,9 +155,7 @@ impl RuleProblems {
                 // It is what it was before.
                 let now = |name: &str| finding.measured().and_then(|all| all.get(name));
                 let period = |names: [&str; 2]| match (one.get(names[0]), now(names[1])) {
-                    (Some(Quantity::Ns(from)), Some(Quantity::Ns(to))) => {
-                        from.saturating_sub(to).saturating_abs() <= from / SAME_PERIOD
-                    }
+                    (Some(Quantity::Ns(from)), Some(Quantity::Ns(to))) => (from - to).abs() <= from / SAME_PERIOD,
                     (Some(before), Some(now)) => before == now,
                     _ => false,
                 };
@@ -359,12 +358,12 @@ impl RuleProblems {
     /// Ends problems at the end of the capture, except those that go on.
     pub(in crate::problems) fn finish(&mut self, end: FrameRef, scene: &mut Scene<'_>) {
         together(KindRole::NoGuarding, |_| MASTER_NS, scene);
-        together(KindRole::Guarding, |one| one.ns("age").unwrap_or(0), scene);
+        together(KindRole::Guarding, |one| one.ns("age").unwrap_or(Ns::ZERO), scene);
         for (place, last) in self.last.drain(..) {
             let Some(one) = scene.ledger.get_mut(place).filter(|one| !one.clue.lasts) else { continue };
             let mean = last.since(one.begin).map(|all| all / one.repeats.count.max(2) as i64);
             let rest = end.since(last);
-            let goes_on = mean.zip(rest).is_some_and(|(mean, rest)| rest < mean.saturating_mul(3));
+            let goes_on = mean.zip(rest).is_some_and(|(mean, rest)| rest < mean * 3);
             // Nothing shows yet that the second time was the last.
             let again = last.since(one.begin).zip(rest).is_some_and(|(apart, rest)| rest < apart);
             if one.repeats.count + 1 == GOES_ON && again {
@@ -389,7 +388,7 @@ impl RuleProblems {
         }
         for one in scene.ledger.all.iter_mut().filter(|one| one.kind.is(KindRole::MissingPdo) && one.clue.least > 1) {
             let limit = one.ns("limit").or_else(|| one.ns("period")).or(one.clue.sync.map(|(_, period)| period));
-            if limit.is_some_and(|limit| one.repeats.longest_ns > limit.saturating_mul(MISSING)) {
+            if limit.is_some_and(|limit| one.repeats.longest_ns > limit * MISSING) {
                 one.clue.least = 1;
             }
         }
@@ -398,12 +397,12 @@ impl RuleProblems {
 
 /// Makes one problem of several nodes that began, and ended or did not, within a time of each other: a master that
 /// stops guarding them, or a segment that does not answer it.
-fn together(role: KindRole, within: fn(&Problem) -> i64, scene: &mut Scene<'_>) {
+fn together(role: KindRole, within: fn(&Problem) -> Ns, scene: &mut Scene<'_>) {
     let mut first: Option<(LedgerPlace, FrameRef, Option<FrameRef>)> = None;
     for place in 0..scene.ledger.all.len() {
         let of_role = |one: &&Problem| one.kind.is(role) && !one.merged && one.bus == scene.id;
         let Some(one) = scene.ledger.get(place).filter(of_role) else { continue };
-        let near = |at: FrameRef, other: FrameRef| at.since(other).is_some_and(|ns| ns.saturating_abs() <= within(one));
+        let near = |at: FrameRef, other: FrameRef| at.since(other).is_some_and(|ns| ns.abs() <= within(one));
         let ends = |other: Option<FrameRef>| match (one.end, other) {
             (Some(end), Some(other)) => near(end, other),
             (end, other) => end.is_none() && other.is_none(),

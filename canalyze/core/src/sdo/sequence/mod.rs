@@ -14,6 +14,7 @@ use super::phase::{Half, Phase, is_strict_answer, strict_initiate};
 use super::state::{Held, SdoChannel, Sequence, UnderWay};
 use super::wire::{self, Command, Side};
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::rules::sdo::Sdo017;
 use crate::world::context::Context;
 use crate::world::event::Place;
@@ -73,9 +74,9 @@ impl Sequence {
     }
 
     /// Returns the time at which the first waiting frame is released without further frames, in ns.
-    pub(super) fn due(&self) -> Option<i64> {
+    pub(super) fn due(&self) -> Option<Ns> {
         let front = self.held.front().filter(|_| self.undecided.is_none())?;
-        Some(front.half.at.t_ns?.saturating_add(UNANSWERED_NS))
+        Some(front.half.at.t_ns? + UNANSWERED_NS)
     }
 
     /// Returns true if the newest waiting frame is the last segment of a block transfer.

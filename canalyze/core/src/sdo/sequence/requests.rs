@@ -5,6 +5,7 @@ use super::super::phase::{Half, Phase, strict_initiate};
 use super::super::state::{Held, SdoChannel, UnderWay};
 use super::super::transfer::{Direction, Status};
 use super::super::wire::{self, Command, Side};
+use crate::bytes::ns::Ns;
 use crate::evidence::recording::USUAL_ECHO_NS;
 use crate::rules::finding::Code;
 use crate::world::context::Context;
@@ -177,7 +178,7 @@ impl SdoChannel {
 }
 
 /// Returns true if the response at `next` is the request's own rather than the waiting one.
-fn is_rather(request: &Half, front: &Held, next: &Half, lag_ns: i64) -> bool {
+fn is_rather(request: &Half, front: &Held, next: &Half, lag_ns: Ns) -> bool {
     // An abort may still follow a response that begins a segmented transfer.
     let over = match (request.command, front.half.command) {
         (_, Command::Abort(..)) => true,
@@ -191,7 +192,7 @@ fn is_rather(request: &Half, front: &Held, next: &Half, lag_ns: i64) -> bool {
     let (Some(response), Some(asked), Some(following)) = (front.half.at.t_ns, request.at.t_ns, next.at.t_ns) else {
         return front.first;
     };
-    let (late, taken) = (asked.saturating_sub(response), following.saturating_sub(asked));
+    let (late, taken) = (asked - response, following - asked);
     let refused = !matches!(front.half.command, Command::Abort(..)) && matches!(next.command, Command::Abort(..));
     if front.first && !refused { late > lag_ns || taken <= lag_ns } else { late > taken }
 }

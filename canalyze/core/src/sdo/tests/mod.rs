@@ -9,6 +9,7 @@ use super::state::SdoChannel;
 use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{Mux, Side};
 use crate::bytes::frame::{BusId, CanId, Frame};
+use crate::bytes::ns::Ns;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::{Evidence, When};
 use crate::rules::finding::{Code, Finding, Severity};
@@ -61,7 +62,7 @@ fn run(frames: &[Bytes]) -> Outcome {
 }
 
 /// Creates a frame of server 10's channel at a place in a capture.
-fn placed(side: Side, bytes: &[u8], no: usize, t_ns: Option<i64>) -> Frame {
+fn placed(side: Side, bytes: &[u8], no: usize, t_ns: Option<Ns>) -> Frame {
     let id = if side == Side::Client { 0x60A } else { 0x58A };
     let mut frame = Frame::classic(CanId::standard(id), bytes);
     (frame.no, frame.t_ns) = (no as u64 + 1, t_ns);
@@ -74,8 +75,9 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
     let mut at = Default::default();
     let mut evidence = Evidence::default();
     for (no, (side, bytes)) in frames.iter().enumerate() {
-        let frame = placed(*side, bytes, no, time(no));
-        let behind = frames.get(no + 1).map(|(side, bytes)| (*side, placed(*side, bytes, no + 1, time(no + 1))));
+        let frame = placed(*side, bytes, no, time(no).map(Ns));
+        let behind =
+            frames.get(no + 1).map(|(side, bytes)| (*side, placed(*side, bytes, no + 1, time(no + 1).map(Ns))));
         at = frame.reference();
         let (mut when, happened) = evidence.recording.observe(&frame);
         evidence.recording.take(&mut when, &happened, &frame, *side == Side::Client);

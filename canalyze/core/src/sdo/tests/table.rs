@@ -1,6 +1,7 @@
 //! Compares the protocol's table with the machine: each conformant frame leads to a state that its row names.
 
 use super::*;
+use crate::bytes::ns::Ns;
 use crate::sdo::machine::{Action, ChannelState, transition};
 
 /// Actions that no frame of a conformant session needs.
@@ -18,7 +19,7 @@ const VIOLATIONS: [Action; 8] = [
 /// Returns the state before, the action, and the state after each frame.
 fn walk(frames: &[Bytes]) -> Vec<(ChannelState, Action, ChannelState)> {
     let mut channel = SdoChannel::new(BusId(0), 10, None);
-    channel.idle_for(i64::MAX, true);
+    channel.idle_for(Ns::MAX, true);
     let mut evidence = Evidence::default();
     let (mut events, mut next, mut chunks) = (Vec::new(), 0, Vec::new());
     let mut steps = Vec::new();

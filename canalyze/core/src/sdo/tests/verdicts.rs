@@ -1,6 +1,7 @@
 //! Single faults and their nearest clean neighbours: one verdict each, at the frame at fault, and a correct transfer
 //! after it; and clean traffic that looks like a fault.
 
+
 use super::*;
 
 /// An exchange of known value that ends every capture here.
@@ -165,11 +166,10 @@ fn a_server_that_segments_without_a_size() {
 
 #[test]
 fn the_acknowledgement_that_was_owed_when_the_server_aborted() {
-    const MS: i64 = 1_000_000;
     let told = |ackseq: u8, delay: i64, more: &str| {
         let block = "c A4 04 20 00 02/s C6 04 20 00 10/c A3/s 01 01 02 03 04 05 06 07/s 02 01 02 03 04 05 06 07";
         let text = format!("{GOOD}{block}/s 80 04 20 00 00 00 04 05/c A2 {ackseq:02X} 02{more}{NEXT}");
-        let outcome = run_timed(&frames(&text), |no| Some(no as i64 * MS + if no > 7 { delay * MS } else { 0 }));
+        let outcome = run_timed(&frames(&text), |no| Some((no as i64 + if no > 7 { delay } else { 0 }) * 1_000_000));
         let last = outcome.transfers.last().unwrap();
         assert_eq!((last.outcome.status, last.data.kept.as_slice()), (Status::Ok, [0x77].as_slice()), "{outcome:?}");
         outcome.loud().iter().map(|finding| (finding.code, finding.at.no)).collect::<Vec<_>>()

@@ -10,13 +10,14 @@ use std::collections::BTreeMap;
 use super::column::{Batch, Table};
 use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::{BusId, Frame};
+use crate::bytes::ns::Ns;
 use crate::tables::setting::Setting;
 use crate::tables::table::{Cx, Moment, Name, Real, U32, U64, table};
 use crate::views::summary::bits;
 use crate::world::event::Event;
 
 /// Length of a window in ns.
-const WINDOW: i64 = 100_000_000;
+const WINDOW: Ns = Ns::from_ms(100);
 /// Windows a second.
 const PER_SECOND: f64 = 10.0;
 
@@ -25,7 +26,7 @@ const PER_SECOND: f64 = 10.0;
 pub(in crate::tables) struct LoadWindow<'a> {
     bus: BusId,
     running: &'a Running,
-    end_ns: i64,
+    end_ns: Ns,
     /// Bits that fit into a window, where the bit rate is known.
     room: Option<f64>,
 }
@@ -57,13 +58,13 @@ table! {
 #[derive(Debug, Default)]
 pub(in crate::tables) struct Running {
     /// When it began, in ns.
-    begin_ns: i64,
+    begin_ns: Ns,
     frames: u32,
     bits: u64,
     /// The last frame, and the SYNC cycle at it.
     last: (u64, u64),
     /// The end of the first window of a silence that lasts.
-    silent_ns: Option<i64>,
+    silent_ns: Option<Ns>,
     /// Some window of the bus is over.
     told: bool,
 }
@@ -91,10 +92,10 @@ impl Collector for Load {
         let Self { table, room, running } = self;
         let running = running.entry(frame.bus).or_insert_with(|| Running { begin_ns: t_ns, ..Running::default() });
         let mut say = says(table, done, *room, scene.setting, frame.bus);
-        if t_ns < running.begin_ns.saturating_sub(WINDOW) {
+        if t_ns < running.begin_ns - WINDOW {
             // The clock was set back: nothing more of the window comes.
             if running.frames > 0 {
-                say(running, running.begin_ns.saturating_add(WINDOW));
+                say(running, running.begin_ns + WINDOW);
             }
             running.silence_ends(&mut say);
             *running = Running { begin_ns: t_ns, told: true, ..Running::default() };
@@ -106,7 +107,7 @@ impl Collector for Load {
         running.last = (frame.no, scene.cycle);
     }
 
-    fn advance(&mut self, done: &mut Vec<Batch>, setting: Setting<'_>, now_ns: i64) {
+    fn advance(&mut self, done: &mut Vec<Batch>, setting: Setting<'_>, now_ns: Ns) {
         let Self { table, room, running } = self;
         for (bus, running) in running {
             running.advance(now_ns, &mut says(table, done, *room, setting, *bus));
@@ -122,7 +123,7 @@ impl Collector for Load {
             let mut say = says(table, done, *room, scene.setting, *bus);
             running.silence_ends(&mut say);
             if !running.told && running.frames > 0 {
-                say(running, running.begin_ns.saturating_add(WINDOW));
+                say(running, running.begin_ns + WINDOW);
             }
         }
         self.table.finish(done);
@@ -140,23 +141,23 @@ fn says<'a>(
     room: Option<f64>,
     setting: Setting<'a>,
     bus: BusId,
-) -> impl FnMut(&Running, i64) + 'a {
+) -> impl FnMut(&Running, Ns) + 'a {
     move |running, end_ns| table.row(done, &Cx::of(setting), LoadWindow { bus, running, end_ns, room })
 }
 
 impl Running {
     /// It is `now_ns`: says what is over by then.
     #[inline]
-    fn advance(&mut self, now_ns: i64, say: &mut dyn FnMut(&Self, i64)) {
-        if now_ns >= self.begin_ns.saturating_add(WINDOW) {
+    fn advance(&mut self, now_ns: Ns, say: &mut dyn FnMut(&Self, Ns)) {
+        if now_ns >= self.begin_ns + WINDOW {
             self.pass(now_ns, say);
         }
     }
 
-    fn pass(&mut self, now_ns: i64, say: &mut dyn FnMut(&Self, i64)) {
-        let end_ns = self.begin_ns.saturating_add(WINDOW);
-        let passed = now_ns.saturating_sub(self.begin_ns) / WINDOW;
-        self.begin_ns = self.begin_ns.saturating_add(passed.saturating_mul(WINDOW));
+    fn pass(&mut self, now_ns: Ns, say: &mut dyn FnMut(&Self, Ns)) {
+        let end_ns = self.begin_ns + WINDOW;
+        let passed = (now_ns - self.begin_ns) / WINDOW;
+        self.begin_ns += passed * WINDOW;
         if self.silent_ns.is_some() {
             return;
         }
@@ -165,7 +166,7 @@ impl Running {
         if self.frames > 0 {
             say(self, end_ns);
             (self.frames, self.bits) = (0, 0);
-            first_ns = end_ns.saturating_add(WINDOW);
+            first_ns = end_ns + WINDOW;
         }
         if self.begin_ns >= first_ns {
             say(self, first_ns);
@@ -175,7 +176,7 @@ impl Running {
 
     /// Says the last window of a silence.
     #[inline]
-    fn silence_ends(&mut self, say: &mut dyn FnMut(&Self, i64)) {
+    fn silence_ends(&mut self, say: &mut dyn FnMut(&Self, Ns)) {
         if let Some(first_ns) = self.silent_ns.take()
             && self.begin_ns > first_ns
         {

@@ -52,6 +52,7 @@ use super::selection::Selection;
 use super::setting::Setting;
 use super::table::{Cx, list};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::bytes::select::Select;
 use crate::problems::Diagnosis;
 use crate::rules::finding::{Finding, Severity};
@@ -132,7 +133,7 @@ pub struct Seen<'a> {
     /// The SYNC cycle that runs on its bus now; 0 before the first.
     pub cycle: u64,
     /// The least synchronous window in force on its bus, in ns, where one is known.
-    pub window_ns: Option<i64>,
+    pub window_ns: Option<Ns>,
     /// The filter lets it through.
     pub shown: bool,
     /// The context of output.
@@ -145,7 +146,7 @@ struct TableContext<'a> {
     setting: Setting<'a>,
     service: (&'static str, Option<u8>),
     cycle: u64,
-    window_ns: Option<i64>,
+    window_ns: Option<Ns>,
     shown: bool,
     /// The severity of the worst finding at the frame.
     severity: Option<Severity>,
@@ -181,7 +182,7 @@ trait Collector: Debug + Send + Sync {
     /// Frames of a bus may be missing.
     fn gap(&mut self, _done: &mut Vec<Batch>, _bus: BusId) {}
     /// It is `now_ns` on the clock of the frames.
-    fn advance(&mut self, _done: &mut Vec<Batch>, _setting: Setting<'_>, _now_ns: i64) {}
+    fn advance(&mut self, _done: &mut Vec<Batch>, _setting: Setting<'_>, _now_ns: Ns) {}
     /// Takes the state of the nodes at the end of the capture.
     fn settle(&mut self, _state: &[Bus]) {}
     /// Takes the problems of the capture, which is over.
@@ -300,9 +301,9 @@ impl Columns {
     }
 
     /// It is `now_ns` on the clock of the frames.
-    pub fn advance(&mut self, setting: Setting<'_>, now_ns: i64) {
+    pub fn advance(&mut self, setting: Setting<'_>, now_ns: Ns) {
         // The greatest time means that all frames have come, and is no time.
-        if now_ns < i64::MAX {
+        if now_ns < Ns::MAX {
             self.tables.iter_mut().for_each(|table| table.advance(&mut self.done, setting, now_ns));
         }
     }

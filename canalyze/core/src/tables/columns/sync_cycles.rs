@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use super::column::{Batch, Table};
 use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::rules::finding::{Code, Finding};
 use crate::tables::setting::Setting;
 use crate::tables::table::{Cx, Duration, Moment, Name, U8, U32, U64, table};
@@ -50,7 +51,7 @@ table! {
 struct CyclePdos {
     pdos: u32,
     /// Least and greatest delay in ns.
-    delays: Option<(i64, i64)>,
+    delays: Option<(Ns, Ns)>,
 }
 
 /// The cycle that runs on a bus.
@@ -60,9 +61,9 @@ pub(in crate::tables) struct Running {
     cycle: u64,
     at: FrameRef,
     shown: bool,
-    period_ns: Option<i64>,
+    period_ns: Option<Ns>,
     counter: Option<u8>,
-    window_ns: Option<i64>,
+    window_ns: Option<Ns>,
     seen: CyclePdos,
     /// PDOs before the SYNC that they belong to.
     early: CyclePdos,
@@ -110,7 +111,7 @@ impl Collector for Cycles {
                 let before = *running;
                 let known = before.cycle > 0 && !before.broken;
                 let times = at.t_ns.zip(before.at.t_ns).filter(|(now, then)| known && now >= then);
-                let period_ns = times.map(|(now, then)| now.saturating_sub(then));
+                let period_ns = times.map(|(now, then)| now - then);
                 let seen = before.early;
                 *running = Running { cycle, at, shown, period_ns, counter, window_ns, seen, ..Running::default() };
                 self.row(done, setting, frame.bus, &before);

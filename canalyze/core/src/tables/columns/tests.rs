@@ -13,6 +13,7 @@ use super::column::ROWS;
 use super::cycle_numbers::CycleNumbers;
 use super::{Batch, Columns, Name, Seen};
 use crate::bytes::frame::{BusId, Buses, CanId, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::bytes::select::Select;
 use crate::rules::capture::Cap002;
 use crate::rules::finding::{Code, Finding, Verdict};
@@ -112,7 +113,7 @@ impl Capture {
     fn frame(&mut self, payload: &[u8], what: What) {
         self.no += 1;
         let id = CanId::standard(0x185);
-        let frame = Frame { no: self.no, t_ns: Some(1000 * self.no as i64), ..Frame::classic(id, payload) };
+        let frame = Frame { no: self.no, t_ns: Some(Ns(1000 * self.no as i64)), ..Frame::classic(id, payload) };
         let begins = match what {
             What::Message(Message::Sync { counter }) if self.cycle > self.begun => {
                 self.begun = self.cycle;
@@ -125,11 +126,12 @@ impl Capture {
         let events: Vec<Event> = [Some(what), begins].into_iter().flatten().map(event).collect();
         let setting =
             Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6, clock: Clocked::default() };
-        let seen = Seen { service: ("pdo", Some(5)), cycle: self.cycle, window_ns: Some(5_000), shown: true, setting };
+        let seen =
+            Seen { service: ("pdo", Some(5)), cycle: self.cycle, window_ns: Some(Ns(5_000)), shown: true, setting };
         self.columns.frame(seen, &frame, &events);
     }
 
-    fn frame_at(&mut self, t_ns: Option<i64>) {
+    fn frame_at(&mut self, t_ns: Option<Ns>) {
         self.no += 1;
         let frame = Frame { no: self.no, t_ns, ..Frame::classic(CanId::standard(0x705), &[5]) };
         let setting =
@@ -256,10 +258,10 @@ fn cycles_end_with_the_next() {
     let mut capture = Capture::new(&[Name::SyncCycles]);
     capture.pdo(1, &mapping, None);
     capture.sync(1);
-    capture.pdo(1, &mapping, placed(1, 30));
-    capture.pdo(2, &mapping, placed(1, 10));
+    capture.pdo(1, &mapping, placed(1, Ns(30)));
+    capture.pdo(2, &mapping, placed(1, Ns(10)));
     // Its SYNC comes late.
-    capture.pdo(3, &mapping, placed(2, -5));
+    capture.pdo(3, &mapping, placed(2, Ns(-5)));
     capture.sync(2);
     // A copy of it begins no cycle.
     capture.cycle -= 1;
@@ -312,7 +314,7 @@ fn the_cycle_of_an_earlier_frame_is_known() {
 fn load(times: &[i64]) -> Vec<(i64, u32)> {
     let mut capture = Capture::new(&[Name::Load]);
     for time in times {
-        capture.frame_at(Some(time * 1_000_000));
+        capture.frame_at(Some(Ns(time * 1_000_000)));
     }
     let batches = capture.end();
     let ends = batches[0].rows.column_by_name("t_ns").unwrap().as_primitive::<Int64Type>().clone();
@@ -339,7 +341,7 @@ fn load_goes_on_when_the_clock_is_set() {
     assert_eq!(load(&[5_000, 5_990, 20, 130]), [(5_100, 1), (5_200, 0), (5_900, 0), (6_000, 1), (120, 1)]);
     let mut capture = Capture::new(&[Name::Load]);
     for t_ns in [i64::MIN, 0, i64::MAX, i64::MAX, i64::MIN, i64::MAX - 1, -1] {
-        capture.frame_at(Some(t_ns));
+        capture.frame_at(Some(Ns(t_ns)));
     }
     capture.frame_at(None);
     assert!(capture.end()[0].rows.num_rows() < 30);
@@ -349,7 +351,7 @@ fn load_goes_on_when_the_clock_is_set() {
 fn load_is_of_the_bit_rate() {
     let mut capture = Capture::new(&[Name::Load]);
     for time in 0..1001 {
-        capture.frame_at(Some(time * 1_000_000));
+        capture.frame_at(Some(Ns::from_ms(time)));
     }
     let batches = capture.end();
     let rows = &batches[0].rows;

@@ -2,6 +2,7 @@
 //! closes them. `a` and `b` are the content of each capture, or null.
 
 use super::obj::{WriteJson, array, hex2, hex4, hex8, named, obj, pdo, raw, text, time};
+use crate::bytes::ns::Ns;
 use crate::problems::problem::Problem;
 use crate::tables::diff::{DiffSetting, extents};
 use crate::tables::jsonl::sdo::side as by;
@@ -80,7 +81,7 @@ fn problem<'a>(setting: DiffSetting<'a>, digest: &'a Digest, one: &'a Problem) -
         "id": one.number, "frame": one.begin.listed().no, "t": time(one.begin.listed().t_ns, digest.decimals),
         "end_frame": one.end.map(|end| end.listed().no),
         "status": one.status.name(),
-        "duration_ns": lasted_ns(one).and_then(|ns| u64::try_from(ns).ok()),
+        "duration_ns": lasted_ns(one).and_then(|ns| u64::try_from(ns.as_ns()).ok()),
         "count": one.repeats.count,
         /// The kind of the problem that caused it.
         "cause": digest.cause(one).map(|cause| cause.kind.row().name),
@@ -150,7 +151,7 @@ fn side<'a>(setting: DiffSetting<'a>, difference: &'a Difference, place: usize) 
 
 /// Appends the value of a side, whose keys depend on its kind.
 fn value(out: &mut Vec<u8>, setting: DiffSetting<'_>, side: &CaptureSide) {
-    let period = |ns: i64| obj! { "period_us": ns / 1000 };
+    let period = |ns: Ns| obj! { "period_us": ns / 1000 };
     if let Some(ns) = side.pace_ns {
         return period(ns).write_json(out);
     }

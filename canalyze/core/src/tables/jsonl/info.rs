@@ -61,7 +61,7 @@ pub fn info(out: &mut Vec<u8>, setting: Setting<'_>, info: &Info, known: &Conten
         "decimals": info.decimals.map(|(fewest, most)| array([fewest, most])),
         /// Stamps earlier than the one before, and the longest such step.
         "backward": info.span.backward,
-        "backward_most_us": info.span.backward_most_ns.unsigned_abs() / 1000,
+        "backward_most_us": info.span.backward_most_ns.abs() / 1000,
         /// Stamps outside of 1677-09-21 to 2262-04-11, taken as the end of that range.
         "clamped_stamps": info.clamped_stamps,
         "unreadable": info.first_unreadable.map(|place| obj! {

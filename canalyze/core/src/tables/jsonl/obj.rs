@@ -5,6 +5,7 @@
 
 use super::Setting;
 use crate::bytes::frame::CanId;
+use crate::bytes::ns::Ns;
 use crate::sdo::abort_code::AbortCode;
 use crate::words::digits::{Hex, Joined, Put, put};
 use crate::words::escape;
@@ -52,6 +53,12 @@ macro_rules! numbers {
     )*};
 }
 numbers! { u8 u16 u32 u64 usize i64 }
+
+impl WriteJson for Ns {
+    fn write_json(self, out: &mut Vec<u8>) {
+        self.as_ns().put(out);
+    }
+}
 
 impl WriteJson for bool {
     fn write_json(self, out: &mut Vec<u8>) {
@@ -142,12 +149,12 @@ impl<F: FnOnce(&mut Vec<u8>)> WriteJson for Raw<F> {
 }
 
 /// Returns a moment in the form that is asked for, or null.
-pub(crate) fn moment(setting: Setting<'_>, t_ns: Option<i64>) -> impl WriteJson {
+pub(crate) fn moment(setting: Setting<'_>, t_ns: Option<Ns>) -> impl WriteJson {
     raw(move |out| setting.moment(out, t_ns))
 }
 
 /// Returns seconds as a decimal string, or null.
-pub(crate) fn time(ns: Option<i64>, decimals: u8) -> impl WriteJson {
+pub(crate) fn time(ns: Option<Ns>, decimals: u8) -> impl WriteJson {
     raw(move |out| super::seconds(out, ns, decimals))
 }
 

@@ -5,6 +5,7 @@
 //! which mapping holds.
 
 use crate::bytes::frame::Frame;
+use crate::bytes::ns::Ns;
 use crate::tables::number::{self, marked};
 use crate::tables::table::{
     Any, Cx, Given, Hex4, Json, Label, List, MaybeText, Truth, U8, U16, U64, Word, list, table,
@@ -152,8 +153,8 @@ fn placement(out: &mut Vec<u8>, sync: Option<Placement>) {
     put!(out; "{\"cycle\":", sync.cycle, ",\"delay_us\":");
     match sync.delay_ns {
         Some(ns) => {
-            put!(out; if ns < 0 { "-" } else { "" }, ns.unsigned_abs() / 1000, ".");
-            put!(out; Padded::<3>(ns.unsigned_abs() % 1000), "}");
+            put!(out; if ns < Ns::ZERO { "-" } else { "" }, ns.as_ns().unsigned_abs() / 1000, ".");
+            put!(out; Padded::<3>(ns.as_ns().unsigned_abs() % 1000), "}");
         }
         None => put!(out; "null}"),
     }

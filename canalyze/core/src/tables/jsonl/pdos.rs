@@ -62,7 +62,7 @@ table! {
         event_timer: U16 or null = one.1.timing.event_timer;
         /// period of its SYNC in ns
         /// 其SYNC的周期，ns
-        sync_ns: U64 or null = one.1.timing.sync_ns.map(i64::unsigned_abs);
+        sync_ns: U64 or null = one.1.timing.sync_ns.map(|ns| ns.as_ns().unsigned_abs());
         /// length of the payload in bits
         /// 数据的位数
         bits: U16 = mapping(one.1).map_or(0, |mapping| mapping.bits);

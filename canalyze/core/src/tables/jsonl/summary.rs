@@ -10,6 +10,7 @@ use super::Setting;
 use super::info::left_out;
 use super::obj::{self, Obj, Values, WriteJson, array, hex2, hex4, map, moment, named, obj, time};
 use crate::bytes::frame::CanId;
+use crate::bytes::ns::Ns;
 use crate::evidence::period::spread::{Ranked, Spread};
 use crate::rules::finding::{Code, Severity};
 use crate::sdo::wire::Side;
@@ -58,7 +59,7 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, summary: &Summary) {
 
 /// Time measured in ns, where there is any.
 fn elapsed(capture: &Capture) -> Option<u64> {
-    capture.span.elapsed_ns.map(i64::unsigned_abs).filter(|elapsed| *elapsed > 0)
+    capture.span.elapsed_ns.map(|elapsed| elapsed.as_ns().unsigned_abs()).filter(|elapsed| *elapsed > 0)
 }
 
 fn capture(setting: Setting<'_>, summary: &Summary) -> impl WriteJson {
@@ -89,7 +90,7 @@ fn capture(setting: Setting<'_>, summary: &Summary) -> impl WriteJson {
 
 fn bus(name: &[u8], bus: &BusSummary, elapsed_ns: Option<u64>, bit_rate: Option<u32>) -> impl WriteJson {
     let [second, tenth] = bus.load.peaks().map(|(window_ns, bits, frames)| {
-        let window_ns = window_ns.unsigned_abs();
+        let window_ns = window_ns.as_ns().unsigned_abs();
         (elapsed_ns.filter(|elapsed| *elapsed >= window_ns).map(|_| window_ns), bits, frames)
     });
     let peak_rate = |(window_ns, _, frames): (_, Peak, Peak)| rate(frames.amount, window_ns);
@@ -268,8 +269,8 @@ impl WriteJson for Thousandths {
 }
 
 /// Returns nanoseconds as microseconds.
-pub(super) fn us(ns: i64) -> Thousandths {
-    Thousandths(i128::from(ns))
+pub(super) fn us(ns: Ns) -> Thousandths {
+    Thousandths(i128::from(ns.as_ns()))
 }
 
 /// Returns frames a second.

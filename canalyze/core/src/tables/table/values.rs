@@ -9,6 +9,7 @@ use arrow_array::ArrowPrimitiveType;
 
 use super::*;
 use crate::bytes::frame::CanId;
+use crate::bytes::ns::Ns;
 use crate::rules::finding::Code;
 use crate::sdo::abort_code::AbortCode;
 use crate::tables::columns::column::lossy;
@@ -63,8 +64,8 @@ optional! {
     Hex4 u16, |out, _cx, one| put!(out; "\"", Hex::<4>(u64::from(one)), "\""), |column, value| number(column, value);
     Hex8 u32, |out, _cx, one| put!(out; "\"", Hex::<8>(u64::from(one)), "\""), |column, value| number(column, value);
     AbortDigits AbortCode, |out, _cx, one| put!(out; "\"", one, "\""), |column, value| number(column, value.map(AbortCode::number));
-    Moment i64, |out, cx, one| cx.setting.moment(out, Some(one)), |column, value| number(column, value);
-    Duration i64, |out, cx, one| seconds(out, Some(one), cx.setting.decimals), |column, value| number(column, value);
+    Moment Ns, |out, cx, one| cx.setting.moment(out, Some(one)), |column, value| number(column, value.map(Ns::as_ns));
+    Duration Ns, |out, cx, one| seconds(out, Some(one), cx.setting.decimals), |column, value| number(column, value.map(Ns::as_ns));
     Truth bool, |out, _cx, one| put!(out; if one { "true" } else { "false" }), |column, value| {
         column.append_option(value);
         0
@@ -107,15 +108,15 @@ impl<'v, V: Into<Option<&'v str>>> Stored<V> for Word {
 }
 
 /// The stamp in ns, and its digits behind the point.
-impl ColumnKind<(Option<i64>, u8)> for Stamped {
-    fn json(out: &mut Vec<u8>, _: &Cx<'_>, (t_ns, decimals): (Option<i64>, u8)) {
+impl ColumnKind<(Option<Ns>, u8)> for Stamped {
+    fn json(out: &mut Vec<u8>, _: &Cx<'_>, (t_ns, decimals): (Option<Ns>, u8)) {
         seconds(out, t_ns, decimals);
     }
 }
 
-impl Stored<(Option<i64>, u8)> for Stamped {
-    fn append(column: &mut Self::Builder, (t_ns, _): (Option<i64>, u8)) -> usize {
-        number(column, t_ns)
+impl Stored<(Option<Ns>, u8)> for Stamped {
+    fn append(column: &mut Self::Builder, (t_ns, _): (Option<Ns>, u8)) -> usize {
+        number(column, t_ns.map(Ns::as_ns))
     }
 }
 

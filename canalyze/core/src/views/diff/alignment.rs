@@ -4,20 +4,22 @@
 //! in the same order in both. Between anchors the offset of the clocks is interpolated; without timestamps, frames are
 //! counted instead. Differences are not judged here.
 
+use crate::bytes::ns::Ns;
+
 use super::digest::{CapturePlace, Digest};
 
 /// Timestamps from here on (in ns: 1973) are those of a clock.
-const EPOCH_NS: i64 = 100_000_000_000_000_000;
+const EPOCH_NS: Ns = Ns::from_s(100000000);
 /// Maximum drift between two anchors of clocks that run alike ...
-const RIGID_NS: i64 = 2_000_000;
+const RIGID_NS: Ns = Ns::from_ms(2);
 /// ... plus a thousandth of the time between them.
 const DRIFT: i64 = 1000;
 /// Over the whole common time, clocks drift by no more than one part in this many.
 const QUARTZ: i64 = 5000;
 /// Uncertainty of the mapping of clocks without two anchors, in ns.
-const UNSURE_NS: i64 = 1_000_000;
+const UNSURE_NS: Ns = Ns::from_ms(1);
 /// The counterpart of [`RIGID_NS`] in frames.
-const RIGID_FRAMES: i64 = 3;
+const RIGID_FRAMES: Ns = Ns(3);
 /// Number of anchors at an edge from which the uncertainty there is estimated.
 const EDGE: usize = 5;
 
@@ -28,8 +30,8 @@ const CONTRADICTED: usize = 4;
 /// Number of equal varying values in step from which on both captures show one session.
 const SAME: usize = 6;
 /// Maximum displacement at an edge of a late echo of a frame that the capturing host sends: in ns, in frames.
-const LATE_NS: i64 = 2_000_000;
-const LATE_FRAMES: i64 = 2;
+const LATE_NS: Ns = Ns::from_ms(2);
+const LATE_FRAMES: Ns = Ns(2);
 
 /// The number of sessions that two captures show, by the values that vary from session to session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,19 +63,19 @@ pub struct Alignment {
     /// Both captures show the same session: the offset of their clocks does not vary.
     pub rigid: bool,
     /// The range that both cover, in positions of each: first and last.
-    pub covered: [(i64, i64); 2],
+    pub covered: [(Ns, Ns); 2],
     /// The uncertainty of that, at the beginning and at the end.
-    pub slack: (i64, i64),
+    pub slack: (Ns, Ns),
     /// For each capture: true if it begins before the other one, and true if it ends after it.
     pub beyond: [(bool, bool); 2],
     /// The resolution of timestamps.
-    pub resolution: i64,
+    pub resolution: Ns,
     /// The number of each capture's first frame.
-    pub first: [i64; 2],
+    pub first: [Ns; 2],
     /// The number of the last frame of each.
-    pub last: [i64; 2],
+    pub last: [Ns; 2],
     /// Positions in A and in B, ascending.
-    chain: Vec<(i64, i64)>,
+    chain: Vec<(Ns, Ns)>,
     /// Frames of the same, for a place that the other capture does not have.
     frames: Vec<(CapturePlace, CapturePlace)>,
 }
@@ -83,10 +85,10 @@ impl Alignment {
     pub fn new(a: &Digest, b: &Digest, anchors: Vec<Anchor>, sessions: Sessions) -> Self {
         let by_time = a.stamped && b.stamped;
         let anchors = ordered(anchors);
-        let mut chain: Vec<(i64, i64)> =
+        let mut chain: Vec<(Ns, Ns)> =
             anchors.iter().map(|(in_a, in_b)| (in_a.on(by_time), in_b.on(by_time))).collect();
         // Timestamps may step back although frames do not.
-        let mut high = (i64::MIN, i64::MIN);
+        let mut high = (Ns::MIN, Ns::MIN);
         chain.retain(|&(in_a, in_b)| {
             let rises = in_a >= high.0 && in_b >= high.1;
             if rises {
@@ -103,20 +105,19 @@ impl Alignment {
             by_time,
             rigid: false,
             covered: [of_a, of_b],
-            slack: (0, 0),
+            slack: (Ns::ZERO, Ns::ZERO),
             beyond: [(false, false); 2],
-            resolution: if by_time { 10_i64.pow(9 - u32::from(a.decimals.min(b.decimals).min(9))) } else { 1 },
+            resolution: Ns(if by_time { 10_i64.pow(9 - u32::from(a.decimals.min(b.decimals).min(9))) } else { 1 }),
             first: [a.first.on(false), b.first.on(false)],
             last: [a.last.on(false), b.last.on(false)],
             chain,
             frames: anchors,
         };
-        let differ = if a.decimals == b.decimals || !by_time { 0 } else { alignment.resolution };
+        let differ = if a.decimals == b.decimals || !by_time { Ns::ZERO } else { alignment.resolution };
         let parts = alignment.parts();
         alignment.rigid = sessions != Sessions::Two && alignment.is_even(&parts, differ);
         let together = alignment.frames.is_empty() && simultaneous(a, b);
-        let slack =
-            |parts: &mut dyn Iterator<Item = &(i64, i64)>| slack(parts, by_time, together).saturating_add(differ);
+        let slack = |parts: &mut dyn Iterator<Item = &(Ns, Ns)>| slack(parts, by_time, together) + differ;
         alignment.slack = (slack(&mut parts.iter().take(EDGE)), slack(&mut parts.iter().rev().take(EDGE)));
         alignment.cover(of_a, of_b);
         alignment
@@ -124,15 +125,13 @@ impl Alignment {
 
     /// Computes the range that both cover, and its uncertainty. `of_a`, `of_b`: the first and the last position of
     /// each.
-    fn cover(&mut self, of_a: (i64, i64), of_b: (i64, i64)) {
+    fn cover(&mut self, of_a: (Ns, Ns), of_b: (Ns, Ns)) {
         let (first, last) = (self.to_a(of_b.0), self.to_a(of_b.1));
         self.covered[0] = (of_a.0.max(first), of_a.1.min(last));
         self.covered[1] = (of_b.0.max(self.to_b(of_a.0)), of_b.1.min(self.to_b(of_a.1)));
         let (begins, ends) = self.slack;
-        self.beyond = [
-            (of_a.0.saturating_add(begins) < first, of_a.1 > last.saturating_add(ends)),
-            (of_a.0 > first.saturating_add(begins), of_a.1.saturating_add(ends) < last),
-        ];
+        self.beyond =
+            [(of_a.0 + begins < first, of_a.1 > last + ends), (of_a.0 > first + begins, of_a.1 + ends < last)];
         // If both begin, or end, with the same frames, a late echo is on the same side in both.
         let late = if self.by_time { LATE_NS } else { LATE_FRAMES };
         if self.begins_apart() {
@@ -145,31 +144,31 @@ impl Alignment {
 
     /// Returns true if the offset of the clocks hardly varies. `parts`: see [`Self::parts`]; `differ`: the difference
     /// of timestamps of different resolution.
-    fn is_even(&self, parts: &[(i64, i64)], differ: i64) -> bool {
+    fn is_even(&self, parts: &[(Ns, Ns)], differ: Ns) -> bool {
         // One step that a fault has moved makes two uneven parts; two runs of one script differ everywhere.
         let odd = if parts.len() >= STEPS { (parts.len() / 8).max(2) } else { 0 };
         let uneven = parts.iter().filter(|(parted, apart)| {
-            let most = if self.by_time { RIGID_NS.saturating_add(apart / DRIFT) } else { RIGID_FRAMES };
-            *parted > most.saturating_add(2 * differ)
+            let most = if self.by_time { RIGID_NS + *apart / DRIFT } else { RIGID_FRAMES };
+            *parted > most + 2 * differ
         });
         // Over the whole time, clocks differ by no more than the error of their quartzes.
-        let mut offsets: Vec<i64> = self.chain.iter().map(|(in_a, in_b)| in_b.saturating_sub(*in_a)).collect();
+        let mut offsets: Vec<Ns> = self.chain.iter().map(|(in_a, in_b)| *in_b - *in_a).collect();
         offsets.sort_unstable();
         let inner = offsets.get(odd..offsets.len().saturating_sub(odd)).unwrap_or(&offsets);
-        let spread = inner.last().zip(inner.first()).map_or(0, |(most, least)| most.saturating_sub(*least));
-        let long = parts.iter().fold(0_i64, |sum, (_, apart)| sum.saturating_add(*apart));
-        let allowed = RIGID_NS.saturating_add(long / QUARTZ).saturating_add(2 * differ);
+        let spread = inner.last().zip(inner.first()).map_or(Ns::ZERO, |(most, least)| *most - *least);
+        let long = parts.iter().fold(Ns::ZERO, |sum, (_, apart)| sum + *apart);
+        let allowed = RIGID_NS + long / QUARTZ + 2 * differ;
         uneven.count() <= odd && (!self.by_time || spread <= allowed)
     }
 
     /// Returns the change of the offset from each anchor to the next, and the distance between them.
-    fn parts(&self) -> Vec<(i64, i64)> {
-        let offset = |(in_a, in_b): (i64, i64)| in_b.saturating_sub(in_a);
+    fn parts(&self) -> Vec<(Ns, Ns)> {
+        let offset = |(in_a, in_b): (Ns, Ns)| in_b - in_a;
         let pairs = self.chain.iter().zip(self.chain.iter().skip(1));
         pairs
             .map(|(one, next)| {
-                let parted = offset(*next).saturating_sub(offset(*one)).saturating_abs();
-                (parted, next.0.saturating_sub(one.0).saturating_abs())
+                let parted = (offset(*next) - offset(*one)).abs();
+                (parted, (next.0 - one.0).abs())
             })
             .collect()
     }
@@ -181,21 +180,21 @@ impl Alignment {
 
     /// Marks the relation as unknown: nothing is surely covered.
     pub fn blur(&mut self) {
-        self.slack = (i64::MAX / 4, i64::MAX / 4);
+        self.slack = (Ns::MAX / 4, Ns::MAX / 4);
     }
 
     /// Returns true if the relation of the captures is unknown.
     pub fn is_blurred(&self) -> bool {
-        self.slack.0 == i64::MAX / 4
+        self.slack.0 == Ns::MAX / 4
     }
 
     /// Converts a position of B to the scale of A.
-    pub fn to_a(&self, position: i64) -> i64 {
+    pub fn to_a(&self, position: Ns) -> Ns {
         related(&self.chain, position, |(in_a, in_b)| (in_b, in_a))
     }
 
     /// Converts a position of A to the scale of B.
-    pub fn to_b(&self, position: i64) -> i64 {
+    pub fn to_b(&self, position: Ns) -> Ns {
         related(&self.chain, position, |pair| pair)
     }
 
@@ -208,10 +207,10 @@ impl Alignment {
     }
 
     /// Returns true if the other capture surely covers a time of this one.
-    pub fn covers(&self, side: usize, from: i64, to: i64) -> bool {
+    pub fn covers(&self, side: usize, from: Ns, to: Ns) -> bool {
         let Some((first, last)) = self.covered.get(side) else { return false };
         let (begins, ends) = self.slack;
-        from >= first.saturating_add(begins) && to <= last.saturating_sub(ends)
+        from >= *first + begins && to <= *last - ends
     }
 
     /// Returns the first of these places that both captures surely cover.
@@ -221,22 +220,22 @@ impl Alignment {
     }
 
     /// Returns true if the other capture may cover a position of this one.
-    pub fn may_cover(&self, side: usize, position: i64) -> bool {
+    pub fn may_cover(&self, side: usize, position: Ns) -> bool {
         let Some((first, last)) = self.covered.get(side) else { return false };
         let (begins, ends) = self.slack;
-        position >= first.saturating_sub(begins) && position <= last.saturating_add(ends)
+        position >= *first - begins && position <= *last + ends
     }
 }
 
 /// Returns the uncertainty of clocks that vary by these parts. `together`: they are one clock.
-fn slack(parts: &mut dyn Iterator<Item = &(i64, i64)>, by_time: bool, together: bool) -> i64 {
-    let unsure = if by_time { UNSURE_NS } else { 1 };
+fn slack(parts: &mut dyn Iterator<Item = &(Ns, Ns)>, by_time: bool, together: bool) -> Ns {
+    let unsure = if by_time { UNSURE_NS } else { Ns(1) };
     match parts.map(|(parted, _)| *parted).max() {
-        None if together => 0,
+        None if together => Ns::ZERO,
         None => unsure,
-        Some(0) => 0,
+        Some(Ns::ZERO) => Ns::ZERO,
         // A few anchors do not show the worst case.
-        Some(worst) => worst.saturating_add(unsure / 5),
+        Some(worst) => worst + unsure / 5,
     }
 }
 
@@ -246,27 +245,27 @@ pub fn simultaneous(a: &Digest, b: &Digest) -> bool {
     a.stamped && b.stamped && overlap(ends(a), ends(b))
 }
 
-fn overlap(a: (i64, i64), b: (i64, i64)) -> bool {
+fn overlap(a: (Ns, Ns), b: (Ns, Ns)) -> bool {
     a.0 >= EPOCH_NS && b.0 >= EPOCH_NS && a.0 <= b.1 && b.0 <= a.1
 }
 
 /// Relates captures without anchors: those that were taken at the same time have one clock, others begin together.
-fn unanchored(by_time: bool, a: (i64, i64), b: (i64, i64)) -> (i64, i64) {
+fn unanchored(by_time: bool, a: (Ns, Ns), b: (Ns, Ns)) -> (Ns, Ns) {
     if by_time && overlap(a, b) { (a.0, a.0) } else { (a.0, b.0) }
 }
 
 /// Converts a position to the other scale. `turn` returns an anchor's position on this one and on the other.
-fn related(chain: &[(i64, i64)], position: i64, turn: impl Fn((i64, i64)) -> (i64, i64)) -> i64 {
+fn related(chain: &[(Ns, Ns)], position: Ns, turn: impl Fn((Ns, Ns)) -> (Ns, Ns)) -> Ns {
     let after = chain.partition_point(|pair| turn(*pair).0 <= position);
     let before = after.checked_sub(1).and_then(|at| chain.get(at)).map(|pair| turn(*pair));
     let next = chain.get(after).map(|pair| turn(*pair));
     match (before, next) {
         (Some((here, there)), Some((here_next, there_next))) if here_next > here => {
-            let part = i128::from(position.saturating_sub(here)) * i128::from(there_next.saturating_sub(there));
-            let part = part / i128::from(here_next.saturating_sub(here)).max(1);
-            there.saturating_add(i64::try_from(part).unwrap_or(0))
+            let part = i128::from((position - here).as_ns()) * i128::from((there_next - there).as_ns());
+            let part = part / i128::from((here_next - here).as_ns()).max(1);
+            there + Ns(i64::try_from(part).unwrap_or(0))
         }
-        (Some((here, there)), _) | (None, Some((here, there))) => there.saturating_add(position.saturating_sub(here)),
+        (Some((here, there)), _) | (None, Some((here, there))) => there + (position - here),
         (None, None) => position,
     }
 }
@@ -274,15 +273,15 @@ fn related(chain: &[(i64, i64)], position: i64, turn: impl Fn((i64, i64)) -> (i6
 /// Returns the anchors whose offset hardly varies, if these are most of those that are unique in both: the others match
 /// by coincidence, or are different repetitions, one in each capture. `telling`: values that could be equal.
 pub(super) fn in_step(shared: &[Shared], telling: usize, by_time: bool) -> (Vec<Anchor>, Sessions) {
-    let offset = |one: &Shared| one.anchor.1.on(by_time).saturating_sub(one.anchor.0.on(by_time));
+    let offset = |one: &Shared| one.anchor.1.on(by_time) - one.anchor.0.on(by_time);
     let width = if by_time { RIGID_NS } else { RIGID_FRAMES };
-    let mut offsets: Vec<i64> = shared.iter().map(offset).collect();
+    let mut offsets: Vec<Ns> = shared.iter().map(offset).collect();
     offsets.sort_unstable();
     // The offset that most of them share, and their number.
-    let mut best = (0, 0);
+    let mut best = (0, Ns::ZERO);
     let mut from = 0;
     for (to, last) in offsets.iter().enumerate() {
-        while offsets.get(from).is_some_and(|first| last.saturating_sub(*first) > width) {
+        while offsets.get(from).is_some_and(|first| *last - *first > width) {
             from += 1;
         }
         let about = offsets.get((from + to) / 2).copied().unwrap_or(*last);
@@ -290,22 +289,22 @@ pub(super) fn in_step(shared: &[Shared], telling: usize, by_time: bool) -> (Vec<
     }
     let mut ordered: Vec<&Shared> = shared.iter().collect();
     ordered.sort_by_key(|one| one.anchor.0.on(by_time));
-    let first = ordered.iter().position(|one| offset(one).saturating_sub(best.1).saturating_abs() <= width);
+    let first = ordered.iter().position(|one| (offset(one) - best.1).abs() <= width);
     // Clocks drift slowly: from there on, to both sides, each may differ a little from the last one.
     let (before, after) = ordered.split_at(first.unwrap_or(0));
     let mut steps: Vec<&Shared> = Vec::new();
     for way in [&mut after.iter() as &mut dyn Iterator<Item = &&Shared>, &mut before.iter().rev()] {
-        let mut last: Option<(i64, i64)> =
+        let mut last: Option<(Ns, Ns)> =
             first.and_then(|at| ordered.get(at)).map(|one| (one.anchor.0.on(by_time), best.1));
         for one in way {
             let (at, own) = (one.anchor.0.on(by_time), offset(one));
             let Some((then, expected)) = last else { break };
-            let drift = if by_time { at.saturating_sub(then).saturating_abs() / DRIFT } else { 0 };
-            if own.saturating_sub(expected).saturating_abs() <= width.saturating_add(drift) {
+            let drift = if by_time { (at - then).abs() / DRIFT } else { Ns::ZERO };
+            if (own - expected).abs() <= width + drift {
                 steps.push(one);
                 // An item that is a little late itself must not mislead the next ones.
                 let known = i64::try_from(steps.len().min(8)).unwrap_or(1);
-                last = Some((at, expected.saturating_add(own.saturating_sub(expected) / known)));
+                last = Some((at, expected + (own - expected) / known));
             }
         }
     }
@@ -331,7 +330,7 @@ fn ordered(mut anchors: Vec<Anchor>) -> Vec<Anchor> {
     // The last anchor of the best row of each length, and for each anchor the one before it.
     let mut ends: Vec<usize> = Vec::new();
     let mut before: Vec<Option<usize>> = Vec::with_capacity(anchors.len());
-    let number = |at: usize| anchors.get(at).map_or(0, |pair| pair.1.on(false));
+    let number = |at: usize| anchors.get(at).map_or(Ns::ZERO, |pair| pair.1.on(false));
     for at in 0..anchors.len() {
         let length = ends.partition_point(|end| number(*end) < number(at));
         before.push(length.checked_sub(1).and_then(|length| ends.get(length)).copied());

@@ -9,12 +9,13 @@ use super::alignment::Alignment;
 use super::difference::{CaptureSide, DifferenceKind, Shows};
 use super::digest::{CapturePlace, CyclicStream, Service, Version, alike};
 use super::found::Found;
+use crate::bytes::ns::Ns;
 use crate::evidence::period::pace::Pace;
 
 /// Minimum number of intervals to estimate their variation.
 const JITTER: usize = 50;
 /// Delay of frames by a machine, in ns: a smaller variation does not describe a node.
-const DELAYED_NS: i64 = 1_000_000;
+const DELAYED_NS: Ns = Ns::from_ms(1);
 
 /// One stream in both captures.
 pub(super) struct StreamPair<'a> {
@@ -138,7 +139,7 @@ impl StreamPair<'_> {
     }
 
     /// Converts a place of the other capture to the scale of this one.
-    fn here(&self, side: usize, place: CapturePlace) -> i64 {
+    fn here(&self, side: usize, place: CapturePlace) -> Ns {
         let position = place.on(self.alignment.by_time);
         if side == 0 { self.alignment.to_a(position) } else { self.alignment.to_b(position) }
     }
@@ -152,7 +153,7 @@ impl StreamPair<'_> {
     }
 
     /// Returns the first frame of a capture that the other one lacks, if both show the same session.
-    fn unmatched(&self, side: usize, within: i64) -> Option<CapturePlace> {
+    fn unmatched(&self, side: usize, within: Ns) -> Option<CapturePlace> {
         if !self.alignment.rigid {
             return None;
         }
@@ -165,30 +166,29 @@ impl StreamPair<'_> {
                 continue;
             }
             let there = |at: usize| others.get(at).map(|other| self.here(side, *other));
-            while there(next).is_some_and(|other| other < at.saturating_sub(within)) {
+            while there(next).is_some_and(|other| other < at - within) {
                 next += 1;
             }
             match there(next) {
-                Some(other) if other <= at.saturating_add(within) => next += 1,
+                Some(other) if other <= at + within => next += 1,
                 _ => return Some(*place),
             }
         }
         None
     }
 
-    fn say(&self, what: DifferenceKind, ns: [i64; 2], paces: [&Pace; 2], found: &mut Found<'_>) {
+    fn say(&self, what: DifferenceKind, ns: [Ns; 2], paces: [&Pace; 2], found: &mut Found<'_>) {
         // It is at the first interval that the other one lacks.
         let [mine, others] = paces;
         let side = usize::from(others.spread_ns > mine.spread_ns);
         let (own, other) = if side == 0 { (mine, others) } else { (others, mine) };
         let by_time = self.alignment.by_time;
-        let usual = own.median_ns.saturating_sub(other.median_ns).saturating_abs() / 2;
+        let usual = (own.median_ns - other.median_ns).abs() / 2;
         let most = usual.max(other.spread_ns.max(own.spread_ns / 2)).max(self.alignment.resolution);
         let places = self.places(side);
         let odd = places.iter().zip(places.iter().skip(1)).find(|(one, next)| {
-            let interval = next.on(by_time).saturating_sub(one.on(by_time));
-            self.alignment.covers(side, one.on(by_time), next.on(by_time))
-                && interval.saturating_sub(other.median_ns).saturating_abs() > most
+            let interval = next.on(by_time) - one.on(by_time);
+            self.alignment.covers(side, one.on(by_time), next.on(by_time)) && (interval - other.median_ns).abs() > most
         });
         let Some(at) = odd.map(|(_, next)| *next).or_else(|| self.first(side)) else { return };
         let show = |which: usize| {
@@ -204,7 +204,7 @@ impl StreamPair<'_> {
         let inside = |side: usize| -> Vec<&Version> {
             let versions = cyclic.get(side).map_or(&[][..], |stream| &stream.versions);
             let meets = |version: &&Version| {
-                let covered: RangeInclusive<i64> = match self.alignment.covered.get(side) {
+                let covered: RangeInclusive<Ns> = match self.alignment.covered.get(side) {
                     Some((first, last)) => *first..=*last,
                     None => return false,
                 };
@@ -282,15 +282,15 @@ fn first_apart<'a, K>(
 
 /// Returns true if two periods differ.
 fn parts(one: &Pace, other: &Pace, tolerance: f64, alignment: &Alignment) -> bool {
-    let allowed = (tolerance * one.median_ns.min(other.median_ns) as f64) as i64;
-    let apart = one.median_ns.saturating_sub(other.median_ns).saturating_abs();
+    let allowed = Ns((tolerance * one.median_ns.min(other.median_ns).as_ns() as f64) as i64);
+    let apart = (one.median_ns - other.median_ns).abs();
     one.regular && other.regular && apart > allowed.max(2 * alignment.resolution)
 }
 
 /// Returns true if one varies much more than the other.
 fn varies(one: &Pace, other: &Pace, tolerance: f64, alignment: &Alignment) -> bool {
-    let allowed = (tolerance * one.median_ns.min(other.median_ns) as f64) as i64;
-    let apart = one.spread_ns.saturating_sub(other.spread_ns).saturating_abs();
+    let allowed = Ns((tolerance * one.median_ns.min(other.median_ns).as_ns() as f64) as i64);
+    let apart = (one.spread_ns - other.spread_ns).abs();
     let enough = one.gaps.min(other.gaps) >= JITTER;
     enough
         && (one.regular || other.regular)
@@ -299,12 +299,7 @@ fn varies(one: &Pace, other: &Pace, tolerance: f64, alignment: &Alignment) -> bo
 }
 
 /// Returns the periods of two polls in ns, if they differ.
-pub(super) fn paces(
-    a: &[CapturePlace],
-    b: &[CapturePlace],
-    alignment: &Alignment,
-    tolerance: f64,
-) -> Option<(i64, i64)> {
+pub(super) fn paces(a: &[CapturePlace], b: &[CapturePlace], alignment: &Alignment, tolerance: f64) -> Option<(Ns, Ns)> {
     let pace = |side: usize, places: &[CapturePlace]| {
         Pace::of(places.iter().map(|place| place.on(true)).filter(|at| alignment.may_cover(side, *at)))
     };

@@ -2,6 +2,7 @@
 
 use super::digest::{Action, CapturePlace, ItemKind, Service};
 use crate::bytes::frame::{BusId, CanId, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::rules::finding::Finding;
 
 /// One difference, or several of the same.
@@ -20,7 +21,7 @@ pub struct Difference {
     /// The number of occurrences; the first one is shown.
     pub count: u64,
     /// The sort key among all, on the scale of A.
-    pub(super) order: (i64, u8, u32),
+    pub(super) order: (Ns, u8, u32),
 }
 
 /// A property that can differ.
@@ -73,7 +74,7 @@ pub struct CaptureSide {
     /// The content.
     pub shows: Shows,
     /// The period of a poll in ns.
-    pub pace_ns: Option<i64>,
+    pub pace_ns: Option<Ns>,
 }
 
 /// The content of a side.
@@ -84,7 +85,7 @@ pub enum Shows {
     /// Frames.
     Count(u64),
     /// A period, or its variation, in ns.
-    Time(i64),
+    Time(Ns),
     /// An identifier.
     Id(CanId),
     /// The entries of a mapping.

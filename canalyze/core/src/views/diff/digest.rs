@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::bytes::frame::{BusId, Buses, CanId, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::problems::Diagnosis;
 use crate::problems::problem::Problem;
 use crate::problems::rank::is_root;
@@ -29,7 +30,7 @@ pub const PLACES: usize = 8_000_000;
 /// Number of bytes of a value that are kept to be shown; all of them are in its hash.
 const SHOWN: usize = 64;
 /// A response later than this does not count.
-const WAITED_NS: i64 = 2_000_000_000;
+const WAITED_NS: Ns = Ns::from_s(2);
 /// Maximum number of findings of one kind whose places are kept.
 const FINDINGS: usize = 256;
 /// Maximum number of kinds of findings that are kept.
@@ -44,26 +45,26 @@ const VERSIONS: usize = 256;
 pub struct CapturePlace {
     no: u32,
     line: u32,
-    t_ns: i64,
+    t_ns: Ns,
 }
 
 impl CapturePlace {
     /// Returns the place of a frame. Numbers above 4 billion are not kept.
     pub fn of(at: FrameRef) -> Self {
         let line = at.line().and_then(|line| u32::try_from(line).ok()).unwrap_or(0);
-        Self { no: u32::try_from(at.no).unwrap_or(u32::MAX), line, t_ns: at.t_ns.unwrap_or(i64::MIN) }
+        Self { no: u32::try_from(at.no).unwrap_or(u32::MAX), line, t_ns: at.t_ns.unwrap_or(Ns::MIN) }
     }
 
     /// Returns the frame.
     pub fn frame(self) -> FrameRef {
         let line = (self.line > 0).then_some(u64::from(self.line));
-        let t_ns = (self.t_ns != i64::MIN).then_some(self.t_ns);
+        let t_ns = (self.t_ns != Ns::MIN).then_some(self.t_ns);
         FrameRef { no: u64::from(self.no), t_ns, ..FrameRef::default() }.with_line(line)
     }
 
     /// Returns the position on the scale of timestamps, or of numbers of frames.
-    pub fn on(self, by_time: bool) -> i64 {
-        if by_time { self.t_ns } else { i64::from(self.no) }
+    pub fn on(self, by_time: bool) -> Ns {
+        if by_time { self.t_ns } else { Ns(i64::from(self.no)) }
     }
 }
 
@@ -225,7 +226,7 @@ pub struct Digest {
     /// The problems, in the order in which they showed.
     pub problems: Vec<Problem>,
     /// The first timestamp of the capture, from which titles count.
-    pub began_ns: Option<i64>,
+    pub began_ns: Option<Ns>,
     /// Problems are to be diagnosed.
     diagnoses: bool,
     items: usize,
@@ -384,7 +385,7 @@ impl Digest {
     /// Returns true if the capture continues long enough after a transfer for a response.
     fn waited(&self, transfer: &Transfer) -> bool {
         match (transfer.last.t_ns, self.last.frame().t_ns) {
-            (Some(then), Some(now)) => now.saturating_sub(then) > WAITED_NS,
+            (Some(then), Some(now)) => now - then > WAITED_NS,
             _ => false,
         }
     }

@@ -8,6 +8,7 @@ use super::difference::{Aspect, CaptureSide, Difference, DifferenceKind, Shows};
 use super::digest::{Action, CapturePlace, ItemKind};
 use super::likeness::symbol;
 use crate::bytes::frame::BusId;
+use crate::bytes::ns::Ns;
 
 /// Maximum number of differences that are kept; further ones are only counted.
 const MOST: usize = 20_000;
@@ -59,13 +60,13 @@ impl<'a> Found<'a> {
                 // The outcome of a transfer shows at its end; the reason of an interruption came before.
                 (Some(_), Some(_)) if matches!(what, DifferenceKind::Item(ItemKind::Sdo(_), Aspect::Outcome)) => {
                     let ends = [0, 1].map(|side| shown(side).map(|one| on_a(side, CapturePlace::of(one.at))));
-                    ends.into_iter().flatten().max().unwrap_or(i64::MIN)
+                    ends.into_iter().flatten().max().unwrap_or(Ns::MIN)
                 }
                 // If one capture has a frame and the other one has none, the other one's is shown beside it.
                 (Some(a), Some(b)) if is_cyclic => a.max(b),
                 (Some(a), Some(b)) => a.min(b),
                 (Some(one), None) | (None, Some(one)) => one,
-                (None, None) => i64::MIN,
+                (None, None) => Ns::MIN,
             };
         // A missing bus, or node, comes before its missing content; a finding behind its subject.
         let rank = match what {
@@ -74,7 +75,7 @@ impl<'a> Found<'a> {
             DifferenceKind::Finding => 3,
             _ => 2,
         };
-        let order = (order, rank, place(0).or(place(1)).map_or(0, |place| place.on(false) as u32));
+        let order = (order, rank, place(0).or(place(1)).map_or(0, |place| place.on(false).as_ns() as u32));
         if let Some(one) = self.known.get(&key).and_then(|at| self.all.get_mut(*at)) {
             let count = one.count + 1;
             if order >= one.order {

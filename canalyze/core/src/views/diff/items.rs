@@ -21,6 +21,7 @@ use super::difference::{Aspect, CaptureSide, DifferenceKind, Shows};
 use super::digest::{Action, CapturePlace, Item, ItemKind, TransferDigest};
 use super::found::Found;
 use super::likeness::{likeness, symbol};
+use crate::bytes::ns::Ns;
 use crate::sdo::transfer::{Direction, Status};
 use crate::sdo::wire::Mux;
 
@@ -33,9 +34,9 @@ const CYCLIC: usize = 64;
 /// The first index of the application's own objects.
 const APPLICATION: u16 = 0x2000;
 /// Items no further apart than this may be the same, in ns.
-const CLOSE_NS: i64 = 2_000_000;
+const CLOSE_NS: Ns = Ns::from_ms(2);
 /// Number of frames at the beginning of a capture in which a late echo may hide the start of a transfer.
-const EDGE: i64 = 3;
+const EDGE: Ns = Ns(3);
 
 /// The varying and the repeated items of a stream, in both captures.
 #[derive(Debug, Default)]
@@ -345,16 +346,16 @@ impl Streams<'_> {
     fn hides(&self, side: usize, item: &Item, moved: &TransferDigest, other: &Item) -> bool {
         let by_time = self.alignment.by_time;
         let others = 1 - side;
-        let last = self.alignment.covered.get(others).map_or(i64::MAX, |covered| covered.1);
+        let last = self.alignment.covered.get(others).map_or(Ns::MAX, |covered| covered.1);
         // Of equal repetitions, the one that the end cuts may be paired with another one.
-        let cut = self.alignment.last.get(side).is_some_and(|last| item.at.on(false) > last.saturating_sub(EDGE));
-        let ends = moved.unended && (cut || other.at.on(by_time) > last.saturating_sub(self.alignment.slack.1));
+        let cut = self.alignment.last.get(side).is_some_and(|last| item.at.on(false) > *last - EDGE);
+        let ends = moved.unended && (cut || other.at.on(by_time) > last - self.alignment.slack.1);
         let (first, begun) = (
-            self.alignment.first.get(side).copied().unwrap_or(0),
-            self.alignment.covered.get(others).map_or(i64::MIN, |covered| covered.0),
+            self.alignment.first.get(side).copied().unwrap_or_default(),
+            self.alignment.covered.get(others).map_or(Ns::MIN, |covered| covered.0),
         );
-        let early = other.since.on(by_time) < begun.saturating_add(self.alignment.slack.0);
-        let begins = moved.holed && (early || item.since.on(false) <= first.saturating_add(EDGE));
+        let early = other.since.on(by_time) < begun + self.alignment.slack.0;
+        let begins = moved.holed && (early || item.since.on(false) <= first + EDGE);
         ends || begins || (moved.holed && matches!(&other.action, Action::Transfer(other) if other.holed))
     }
 
@@ -378,11 +379,11 @@ impl Streams<'_> {
         let by_time = self.alignment.by_time;
         let since = item.since.on(by_time);
         let other_knows = self.known.get(1 - side).copied().flatten().map(|place| place.on(by_time));
-        let here = |known: i64| if side == 0 { self.alignment.to_a(known) } else { self.alignment.to_b(known) };
-        let close = self.alignment.slack.0.saturating_add(if by_time { CLOSE_NS } else { EDGE });
+        let here = |known: Ns| if side == 0 { self.alignment.to_a(known) } else { self.alignment.to_b(known) };
+        let close = self.alignment.slack.0 + (if by_time { CLOSE_NS } else { EDGE });
         let unknown = matches!(self.kind, ItemKind::State | ItemKind::Drive(_))
             && !matches!(item.action, Action::BootUp)
-            && other_knows.is_none_or(|known| since <= here(known).saturating_add(close));
+            && other_knows.is_none_or(|known| since <= here(known) + close);
         // A channel that was configured before the other capture began is unknown there.
         let unknown = unknown || (self.alignment.begins_apart() && matches!(self.kind, ItemKind::Sdo(Some(_))));
         !unknown && !is_cut(item) && self.alignment.covers(side, since, item.at.on(by_time))

@@ -5,6 +5,8 @@
 //! collects the differences. What a capture cannot show (frames before its beginning, times without timestamps) is not
 //! a difference. Nothing is put into words here.
 
+use crate::bytes::ns::Ns;
+
 mod align;
 pub mod alignment;
 mod cyclic;
@@ -214,7 +216,7 @@ fn strangers(lines: [&BusDigest; 2], found: &mut Found<'_>) -> BTreeSet<u8> {
             places.push(*first);
             places.sort_by_key(|place| place.on(false));
             let covers = |place: &&CapturePlace| found.alignment.covers(side, place.on(by_time), place.on(by_time));
-            let last = found.alignment.covered.get(side).map_or(i64::MAX, |covered| covered.1);
+            let last = found.alignment.covered.get(side).map_or(Ns::MAX, |covered| covered.1);
             let blurred = |place: &&CapturePlace| found.alignment.is_blurred() && place.on(by_time) <= last;
             let covered = places.iter().find(covers).or(places.first().filter(blurred));
             match covered {
@@ -332,7 +334,7 @@ fn is_of_cut(line: &BusDigest, node: Option<u8>, at: CapturePlace, side: usize, 
     let streams = line.items.iter().filter(|((of, kind), _)| Some(*of) == node && matches!(kind, ItemKind::Sdo(_)));
     let mut around = streams
         .flat_map(|(_, items)| items)
-        .filter(|item| item.since.on(false) <= at.on(false) && at.on(false) <= item.at.on(false).saturating_add(1));
+        .filter(|item| item.since.on(false) <= at.on(false) && at.on(false) <= item.at.on(false) + Ns(1));
     around.any(|item| !alignment.covers(side, item.since.on(by_time), at.on(by_time)))
 }
 

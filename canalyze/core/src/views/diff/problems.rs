@@ -10,6 +10,7 @@ use super::DiffSettings;
 use super::alignment::Alignment;
 use super::digest::{CapturePlace, Digest};
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::problem::{Problem, Status};
 use crate::problems::roles::KindRole;
@@ -17,9 +18,9 @@ use crate::rules::finding::Quantity;
 use crate::sdo::wire::Mux;
 
 /// Commands and repeated frames this long before a problem may explain it, in ns.
-const CONTEXT_NS: i64 = 3_000_000_000;
+const CONTEXT_NS: Ns = Ns::from_s(3);
 /// Durations that differ by no more than this are equal, in ns.
-const CLOSE_NS: i64 = 10_000_000;
+const CLOSE_NS: Ns = Ns::from_ms(10);
 /// Maximum number of steps from a problem to its first cause.
 const CHAIN: usize = 16;
 
@@ -127,9 +128,9 @@ impl<'a> Compared<'a> {
         if needs == Needs::Everything && self.is_apart() {
             return false;
         }
-        let before = if self.alignment.begins_apart() && needs == Needs::Context { CONTEXT_NS } else { 0 };
+        let before = if self.alignment.begins_apart() && needs == Needs::Context { CONTEXT_NS } else { Ns::ZERO };
         let (from, to) = (CapturePlace::of(one.begin).on(true), CapturePlace::of(to).on(true));
-        self.alignment.covers(self.number, from.saturating_sub(before), to)
+        self.alignment.covers(self.number, from - before, to)
     }
 
     /// Returns true if one capture begins before the other one, or ends after it.
@@ -138,7 +139,7 @@ impl<'a> Compared<'a> {
     }
 
     /// Returns the position of a frame on the scale of A.
-    fn on_a(&self, at: FrameRef) -> i64 {
+    fn on_a(&self, at: FrameRef) -> Ns {
         match self.number {
             0 => CapturePlace::of(at).on(true),
             _ => self.alignment.to_a(CapturePlace::of(at).on(true)),
@@ -148,10 +149,10 @@ impl<'a> Compared<'a> {
     /// Returns true if this capture has a problem of the same node and family on a bus around a position on the scale
     /// of A, and the captures do not begin and end together: the other one's problem may be a part of it, or be
     /// reported as another kind.
-    fn has_around(&self, bus: Option<BusId>, one: &Problem, position: i64) -> bool {
+    fn has_around(&self, bus: Option<BusId>, one: &Problem, position: Ns) -> bool {
         let around = |other: &Problem| {
-            let lasts = other.end.is_none_or(|end| self.on_a(end).saturating_add(CONTEXT_NS) >= position);
-            lasts && self.on_a(other.begin) <= position.saturating_add(CONTEXT_NS)
+            let lasts = other.end.is_none_or(|end| self.on_a(end) + CONTEXT_NS >= position);
+            lasts && self.on_a(other.begin) <= position + CONTEXT_NS
         };
         let same = |other: &&Problem| {
             Some(other.bus) == bus && other.subject.node == one.subject.node && family(other.kind) == family(one.kind)
@@ -280,8 +281,8 @@ fn differing(sides: [&Compared<'_>; 2], places: [usize; 2], tolerance: f64) -> V
     if let [Some(one), Some(other)] = lasted
         && both_shown
         && a.status == b.status
-        && apart(one as f64, other as f64, tolerance)
-        && one.abs_diff(other) > CLOSE_NS.unsigned_abs()
+        && apart(one.as_ns() as f64, other.as_ns() as f64, tolerance)
+        && one.abs_diff(other) > CLOSE_NS.abs()
     {
         differs.push(Differs::Duration);
     }
@@ -305,7 +306,7 @@ fn apart(one: f64, other: f64, tolerance: f64) -> bool {
 }
 
 /// Returns the duration of a problem, or the longest one if it repeated, in ns; `None` while it is not over.
-pub fn lasted_ns(one: &Problem) -> Option<i64> {
+pub fn lasted_ns(one: &Problem) -> Option<Ns> {
     let end = one.end?;
     match one.repeats.count {
         1 => end.since(one.begin),

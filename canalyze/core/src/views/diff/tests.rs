@@ -7,6 +7,7 @@ use proptest::prelude::*;
 use super::digest::Digest;
 use super::{DiffSettings, compare};
 use crate::bytes::frame::{CanId, Frame, Stamp, StampForm};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::InputFormat as Input;
 use crate::session::{Options, Output, Session};
 use crate::words::Lang;
@@ -44,8 +45,8 @@ fn frames() -> impl Strategy<Value = Vec<Frame>> {
                 let mut frame = Frame::classic(CanId::standard(ids[id]), &data[..if len < 6 { 8 } else { len }]);
                 now_ns += step_ns;
                 if stamped {
-                    frame.t_ns = Some(now_ns);
-                    frame.stamp = Some(Stamp { form: StampForm::Seconds, ns: now_ns, width: 10, decimals: 9 });
+                    frame.t_ns = Some(Ns(now_ns));
+                    frame.stamp = Some(Stamp { form: StampForm::Seconds, ns: Ns(now_ns), width: 10, decimals: 9 });
                 }
                 frame
             })

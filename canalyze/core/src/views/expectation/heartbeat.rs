@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::{Breach, Closing, EntryPlace, Scene, check_node, check_times, raise};
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::evidence::period::expected::{AllowedPeriod, Rhythm};
 use crate::rules::expectation::{Exp009, Exp015};
 use crate::wire::nmt::{RESET_COMMUNICATION, RESET_NODE};
@@ -20,8 +21,8 @@ pub(super) struct HeartbeatEntry {
     line: u32,
     bus: Option<String>,
     node: u8,
-    period_ns: i64,
-    tolerance_ns: i64,
+    period_ns: Ns,
+    tolerance_ns: Ns,
 }
 
 impl HeartbeatEntry {
@@ -91,7 +92,7 @@ impl Heartbeats {
     }
 
     /// Reports heartbeats that are overdue at `now_ns`. Findings are at `at`.
-    pub(super) fn overdue(&mut self, now_ns: i64, at: FrameRef, found: &mut Vec<Event>) {
+    pub(super) fn overdue(&mut self, now_ns: Ns, at: FrameRef, found: &mut Vec<Event>) {
         for one in &mut self.all {
             let WatchedHeartbeats { place, period, rhythms, .. } = one;
             for (bus, rhythm) in rhythms {

@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use super::{Breach, Closing, EntryPlace, Scene, check_node, check_times, mistake};
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::rules::expectation::{Exp013, Exp015};
 use crate::sdo::transfer::{Transfer, TransferId};
 use crate::sdo::wire::{Command, Mux, Side};
@@ -39,7 +40,7 @@ pub(super) struct LatencyEntry {
     index: Option<u16>,
     sub: Option<u8>,
     pdo: Option<u16>,
-    max_ns: i64,
+    max_ns: Ns,
 }
 
 impl LatencyEntry {
@@ -140,7 +141,7 @@ impl Latencies {
         let Some(requested) = requested.filter(|_| responds) else { return };
         let Some((now, then)) = scene.at.t_ns.zip(requested.t_ns) else { return };
         let about = |entry: &LatencyEntry| entry.of == Measure::Sdo && entry.is_about(mux);
-        let found = now.saturating_sub(then);
+        let found = now - then;
         self.measure(about, Some(node), found, scene, |expected, scene| {
             let breach = scene.breach(Exp013::Response { expected, found }).about(requested);
             if let Some(mux) = mux { breach.object(mux) } else { breach }
@@ -198,7 +199,7 @@ impl Latencies {
         let known = self.known(scene.bus, node);
         known.shown = Some(state);
         let Some(ordered) = known.ordered else { return };
-        let Some(waited) = scene.at.t_ns.zip(ordered.at.t_ns).map(|(now, then)| now.saturating_sub(then)) else {
+        let Some(waited) = scene.at.t_ns.zip(ordered.at.t_ns).map(|(now, then)| now - then) else {
             return;
         };
         let shown = state == ordered.state;
@@ -232,12 +233,12 @@ impl Latencies {
         &mut self,
         about: impl Fn(&LatencyEntry) -> bool,
         node: Option<u8>,
-        found: i64,
+        found: Ns,
         scene: &mut Scene<'_>,
-        breach: impl Fn(i64, &Scene<'_>) -> Breach,
+        breach: impl Fn(Ns, &Scene<'_>) -> Breach,
     ) -> bool {
         let mut raised = false;
-        if found < 0 {
+        if found < Ns::ZERO {
             return raised;
         }
         for one in self.all.iter_mut().filter(|one| one.place.holds(scene.name, node) && about(&one.entry)) {

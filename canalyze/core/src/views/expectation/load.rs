@@ -7,14 +7,15 @@ use serde::Deserialize;
 
 use super::{Closing, EntryPlace, Scene, check_times, mistake};
 use crate::bytes::frame::{BusId, Frame};
+use crate::bytes::ns::Ns;
 use crate::rules::expectation::{Exp014, Exp015};
 use crate::views::summary::bits;
 use crate::views::summary::load::Window;
 
 /// The default length of a window in ns: a longer overload delays time-critical frames.
-const WINDOW_NS: i64 = 100_000_000;
+const WINDOW_NS: Ns = Ns::from_ms(100);
 /// A timestamp that is earlier by this much means that the clock was set back.
-const SET_BACK_NS: i64 = 1_000_000_000;
+const SET_BACK_NS: Ns = Ns::from_s(1);
 
 /// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
@@ -24,7 +25,7 @@ pub(super) struct LoadEntry {
     bus: Option<String>,
     max_percent: f64,
     bit_rate: Option<u32>,
-    window_ns: Option<i64>,
+    window_ns: Option<Ns>,
 }
 
 impl LoadEntry {
@@ -43,10 +44,10 @@ struct MeasuredLoad {
     bus: BusId,
     window: Window,
     /// The start of its time, and the greatest timestamp, in ns.
-    start_ns: i64,
-    high_ns: i64,
+    start_ns: Ns,
+    high_ns: Ns,
     /// The last time with the load above the limit, in ns, unless it has been below it for a whole window since.
-    above_ns: Option<i64>,
+    above_ns: Option<Ns>,
 }
 
 /// An expectation and its measurement.
@@ -55,7 +56,7 @@ struct WatchedLoad {
     place: EntryPlace,
     max_percent: f64,
     bit_rate: Option<u32>,
-    window_ns: i64,
+    window_ns: Ns,
     buses: Vec<MeasuredLoad>,
 }
 
@@ -102,7 +103,7 @@ impl Loads {
 }
 
 impl WatchedLoad {
-    fn take(&mut self, bits: u64, now_ns: i64, scene: &mut Scene<'_>) {
+    fn take(&mut self, bits: u64, now_ns: Ns, scene: &mut Scene<'_>) {
         let Some(bit_rate) = self.bit_rate else { return };
         let fresh = |window_ns| MeasuredLoad {
             bus: scene.bus,
@@ -117,16 +118,15 @@ impl WatchedLoad {
             self.buses.len() - 1
         });
         let Some(measured) = self.buses.get_mut(place) else { return };
-        if measured.high_ns.saturating_sub(now_ns) >= SET_BACK_NS {
+        if measured.high_ns - now_ns >= SET_BACK_NS {
             *measured = fresh(self.window_ns);
         }
         measured.high_ns = measured.high_ns.max(now_ns);
-        measured.window.add(measured.high_ns.saturating_sub(measured.start_ns), bits, scene.at);
-        let room = f64::from(bit_rate) * self.window_ns as f64 / 1e9;
+        measured.window.add(measured.high_ns - measured.start_ns, bits, scene.at);
+        let room = f64::from(bit_rate) * self.window_ns.as_ns() as f64 / 1e9;
         let percent = measured.window.bits_now() as f64 / room * 100.0;
         if percent <= self.max_percent {
-            measured.above_ns =
-                measured.above_ns.filter(|since| measured.high_ns.saturating_sub(*since) < self.window_ns);
+            measured.above_ns = measured.above_ns.filter(|since| measured.high_ns - *since < self.window_ns);
         } else if measured.above_ns.replace(measured.high_ns).is_none() {
             // Uses as many digits as are needed to show a difference to the limit.
             let found = [1e2, 1e4, 1e6].map(|scale| (percent * scale).round() / scale);

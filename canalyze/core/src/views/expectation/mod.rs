@@ -8,6 +8,8 @@
 //! It sees frames and their events, as any other consumer of events. It does not change events, and does not depend on
 //! the syntax of the file.
 
+use crate::bytes::ns::Ns;
+
 mod emcy;
 mod heartbeat;
 mod latency;
@@ -152,7 +154,7 @@ struct Scene<'a> {
     /// Its name.
     name: &'a [u8],
     /// The first timestamp of the capture.
-    start_ns: Option<i64>,
+    start_ns: Option<Ns>,
     found: &'a mut Vec<Event>,
 }
 
@@ -163,8 +165,8 @@ impl Scene<'_> {
     }
 
     /// Returns the time since the beginning of the capture.
-    fn elapsed_ns(&self) -> Option<i64> {
-        Some(self.at.t_ns?.saturating_sub(self.start_ns?))
+    fn elapsed_ns(&self) -> Option<Ns> {
+        Some(self.at.t_ns? - self.start_ns?)
     }
 
     fn raise(&mut self, place: &EntryPlace, breach: Breach) {
@@ -193,7 +195,7 @@ fn raise(found: &mut Vec<Event>, place: &EntryPlace, breach: Breach) {
 struct Closing<'a> {
     last: FrameRef,
     /// The last timestamp of the capture.
-    end_ns: Option<i64>,
+    end_ns: Option<Ns>,
     buses: &'a Buses,
     /// Nodes that were seen, as bits, by bus.
     heard: &'a [u128],
@@ -247,8 +249,8 @@ pub struct Verification {
     loads: load::Loads,
     shown: shown::ShownTransfers,
     /// The first and the last timestamp of the capture.
-    start_ns: Option<i64>,
-    end_ns: Option<i64>,
+    start_ns: Option<Ns>,
+    end_ns: Option<Ns>,
     /// Nodes that were seen, as bits, by bus.
     heard: Vec<u128>,
     /// Findings of the current events.
@@ -380,7 +382,7 @@ impl Verification {
     }
 
     /// Reports what is overdue at `now_ns` on the clock of the frames; `last` is the last frame.
-    pub fn advance(&mut self, now_ns: i64, last: FrameRef, events: &mut Vec<Event>, buses: &Buses) {
+    pub fn advance(&mut self, now_ns: Ns, last: FrameRef, events: &mut Vec<Event>, buses: &Buses) {
         if last.no > 0 {
             let mut closing = Closing { last, end_ns: Some(now_ns), buses, heard: &self.heard, found: events };
             self.transfers.overdue(self.start_ns, &mut closing);
@@ -452,7 +454,7 @@ fn check_node(line: u32, node: Option<u8>) -> Result<(), String> {
 }
 
 /// Checks that no time is negative, and that the times `positive` are above 0.
-fn check_times(line: u32, positive: &[Option<i64>], others: &[Option<i64>]) -> Result<(), String> {
-    let below = |limit: i64| move |ns: &Option<i64>| ns.is_some_and(|ns| ns < limit);
-    if positive.iter().any(below(1)) || others.iter().any(below(0)) { mistake(line, "time") } else { Ok(()) }
+fn check_times(line: u32, positive: &[Option<Ns>], others: &[Option<Ns>]) -> Result<(), String> {
+    let below = |limit: Ns| move |ns: &Option<Ns>| ns.is_some_and(|ns| ns < limit);
+    if positive.iter().any(below(Ns(1))) || others.iter().any(below(Ns::ZERO)) { mistake(line, "time") } else { Ok(()) }
 }

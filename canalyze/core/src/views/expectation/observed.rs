@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use super::signal::{PdoChoice, stopped, value};
 use super::{WrittenPeriod, written};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::evidence::period::expected::Rhythm;
 use crate::evidence::period::spread::Spread;
 use crate::sdo::transfer::Transfer;
@@ -51,9 +52,9 @@ pub struct Train {
 impl Train {
     /// Time in ns from the last frame to the end of the capture, which is judged like a time between two frames. `None`
     /// if something has stopped them, or without timestamps.
-    pub fn silence_ns(&self, observed: &Observed) -> Option<i64> {
+    pub fn silence_ns(&self, observed: &Observed) -> Option<Ns> {
         let last_ns = self.rhythm.last?.t_ns?;
-        Some(observed.end_ns?.saturating_sub(last_ns).max(0))
+        Some((observed.end_ns? - last_ns).max(Ns::ZERO))
     }
 
     fn beat(&mut self, at: FrameRef, extra: bool) {
@@ -75,9 +76,9 @@ pub struct ShownState {
     /// The first time.
     pub first: FrameRef,
     /// Time from the capture's first timestamp to it, in ns.
-    pub since_start_ns: Option<i64>,
+    pub since_start_ns: Option<Ns>,
     /// Time from the node's first boot-up to the first time after it, in ns.
-    pub since_boot_up_ns: Option<i64>,
+    pub since_boot_up_ns: Option<Ns>,
     /// Another state was shown later.
     pub left: bool,
 }
@@ -118,8 +119,8 @@ pub struct Observed {
     transfers: super::shown::ShownTransfers,
     /// First boot-ups.
     booted: BTreeMap<(BusId, u8), FrameRef>,
-    start_ns: Option<i64>,
-    end_ns: Option<i64>,
+    start_ns: Option<Ns>,
+    end_ns: Option<Ns>,
 }
 
 /// Returns the value of a key, which is created if there is room.
@@ -228,7 +229,7 @@ impl Observed {
 
     /// Records a shown state; others of the same kind are left.
     fn show(&mut self, bus: BusId, node: u8, kind: StateKind, at: FrameRef) {
-        let since = |then: Option<i64>| Some(at.t_ns?.saturating_sub(then?));
+        let since = |then: Option<Ns>| Some(at.t_ns? - then?);
         let since_start_ns = since(self.start_ns);
         let since_boot_up_ns = since(self.booted.get(&(bus, node)).and_then(|booted| booted.t_ns));
         for ((of, id, other), shown) in &mut self.states {

@@ -11,6 +11,7 @@ use serde::Deserialize;
 
 use super::{Breach, Closing, EntryPlace, check_node, check_times, mistake};
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::bytes::select::Select;
 use crate::problems::Diagnosis;
 use crate::problems::problem::{Grade, Problem, Status};
@@ -37,7 +38,7 @@ pub(super) struct ProblemEntry {
     kind: Option<String>,
     /// The least and the greatest number of occurrences.
     occurs: Option<(u64, Option<u64>)>,
-    ends_within_ns: Option<i64>,
+    ends_within_ns: Option<Ns>,
     /// The kind of the cause, or a glob of kinds.
     cause: Option<String>,
 }
@@ -193,7 +194,7 @@ impl Expected {
             Some((_, Some(found))) if found <= expected => return,
             Some((end, Some(found))) => breach(Exp019::Late { expected, found, problem, end }),
             Some((_, None)) => unchecked(Exp015::NoStamps),
-            None => match closing.end_ns.zip(one.repeats.since.t_ns).map(|(end, since)| end.saturating_sub(since)) {
+            None => match closing.end_ns.zip(one.repeats.since.t_ns).map(|(end, since)| end - since) {
                 None => unchecked(Exp015::NoStamps),
                 Some(found) if found > expected => breach(Exp019::Standing { expected, found, problem }),
                 Some(_) => unchecked(Exp015::NotOverYet { problem }),
@@ -233,7 +234,7 @@ fn about(breach: Breach, one: &Problem) -> Breach {
 }
 
 /// The longest time that it lasted, in ns; `None` without timestamps.
-fn lasted(one: &Problem, end: FrameRef) -> Option<i64> {
+fn lasted(one: &Problem, end: FrameRef) -> Option<Ns> {
     match one.repeats.count {
         1 => end.since(one.begin),
         _ => one.begin.t_ns.map(|_| one.repeats.longest_ns),

@@ -8,6 +8,7 @@ use serde::Deserialize;
 use super::value::{ExpectedValue, Same, found};
 use super::{Breach, Closing, EntryPlace, Scene, check_node, check_times, mistake};
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::rules::expectation::{Exp001, Exp002, Exp003, Exp004, Exp015};
 use crate::rules::finding::{Quantity, Said};
 use crate::sdo::abort_code::AbortCode;
@@ -46,7 +47,7 @@ pub(super) struct SdoEntry {
     abort: Option<u32>,
     sequence: Option<String>,
     count: Option<u64>,
-    within_ns: Option<i64>,
+    within_ns: Option<Ns>,
 }
 
 impl SdoEntry {
@@ -356,9 +357,9 @@ impl Transfers {
     }
 
     /// Reports what should have come by the time of `closing` and has not.
-    pub(super) fn overdue(&mut self, start_ns: Option<i64>, closing: &mut Closing<'_>) {
+    pub(super) fn overdue(&mut self, start_ns: Option<Ns>, closing: &mut Closing<'_>) {
         for one in self.all.iter_mut().filter(|one| !one.is_done() && !one.late) {
-            let elapsed = closing.end_ns.zip(start_ns).map(|(now, start)| now.saturating_sub(start));
+            let elapsed = closing.end_ns.zip(start_ns).map(|(now, start)| now - start);
             if one.entry.within_ns.zip(elapsed).is_some_and(|(limit, elapsed)| elapsed > limit) {
                 one.missing(closing);
                 (one.overdue, one.late) = (true, true);

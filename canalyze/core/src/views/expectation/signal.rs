@@ -9,6 +9,7 @@ use serde::Deserialize;
 
 use super::{Breach, Closing, EntryPlace, Scene, check_times, mistake, raise};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::bytes::select::Select;
 use crate::evidence::period::expected::{AllowedPeriod, Rhythm};
 use crate::rules::expectation::{Exp007, Exp008, Exp015, Exp016};
@@ -37,8 +38,8 @@ pub(super) struct SignalEntry {
     select: String,
     min: Option<f64>,
     max: Option<f64>,
-    period_ns: Option<i64>,
-    tolerance_ns: Option<i64>,
+    period_ns: Option<Ns>,
+    tolerance_ns: Option<Ns>,
 }
 
 impl SignalEntry {
@@ -205,7 +206,7 @@ impl SignalExpectations {
     }
 
     /// Reports PDOs that are overdue at `now_ns`. Findings are at `at`.
-    pub(super) fn overdue(&mut self, now_ns: i64, at: FrameRef, found: &mut Vec<Event>) {
+    pub(super) fn overdue(&mut self, now_ns: Ns, at: FrameRef, found: &mut Vec<Event>) {
         for WatchedSignal { place, period, rhythms, .. } in &mut self.all {
             let Some(period) = *period else { continue };
             for (bus, pdo, rhythm) in rhythms {

@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::{Breach, Closing, EntryPlace, Scene, check_node, check_times, mistake};
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::rules::expectation::{Exp005, Exp006, Exp015};
 use crate::rules::finding::Quantity;
 use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
@@ -66,7 +67,7 @@ pub(super) struct StateEntry {
     state: Option<Nmt>,
     drive: Option<Drive>,
     axis: Option<u8>,
-    by_ns: Option<i64>,
+    by_ns: Option<Ns>,
     since: Option<Since>,
     stays: Option<bool>,
 }
@@ -233,7 +234,7 @@ impl Progress {
         let elapsed = match since {
             Since::Start => scene.elapsed_ns(),
             Since::BootUp => match booted {
-                Some(booted) => scene.at.t_ns.zip(booted.t_ns).map(|(now, then)| now.saturating_sub(then)),
+                Some(booted) => scene.at.t_ns.zip(booted.t_ns).map(|(now, then)| now - then),
                 None => {
                     self.unbooted = true;
                     return;
@@ -279,9 +280,9 @@ impl Progress {
     }
 
     /// Reports, by the clock, a state that was not reached in time.
-    fn expire(&mut self, start_ns: Option<i64>, closing: &mut Closing<'_>) {
+    fn expire(&mut self, start_ns: Option<Ns>, closing: &mut Closing<'_>) {
         let (Some(limit), Some(now), false) = (self.entry.by_ns, closing.end_ns, self.overdue) else { return };
-        let over = |then: Option<i64>| then.is_some_and(|then| now.saturating_sub(then) > limit);
+        let over = |then: Option<Ns>| then.is_some_and(|then| now - then > limit);
         let waited = self.entry.since == Some(Since::BootUp);
         let expired = if waited {
             self.tracks.iter().any(|track| !track.reached_since && over(track.booted.and_then(|booted| booted.t_ns)))
@@ -314,7 +315,7 @@ impl Progress {
         };
         let again = self.tracks.iter().find_map(|track| {
             let booted = track.booted.filter(|_| track.reached && !track.reached_since)?;
-            Some((track, booted)).filter(|_| booted.t_ns.is_some_and(|then| end.saturating_sub(then) > limit))
+            Some((track, booted)).filter(|_| booted.t_ns.is_some_and(|then| end - then > limit))
         });
         if let Some((track, booted)) = again {
             if self.lost {
@@ -428,7 +429,7 @@ impl States {
     }
 
     /// Reports what should have been reached by the time of `closing` and was not.
-    pub(super) fn overdue(&mut self, start_ns: Option<i64>, closing: &mut Closing<'_>) {
+    pub(super) fn overdue(&mut self, start_ns: Option<Ns>, closing: &mut Closing<'_>) {
         for one in &mut self.all {
             one.expire(start_ns, closing);
         }

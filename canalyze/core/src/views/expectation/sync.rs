@@ -4,6 +4,7 @@ use serde::Deserialize;
 
 use super::{Breach, Closing, EntryPlace, Scene, check_times, raise};
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::evidence::period::expected::{AllowedPeriod, Rhythm};
 use crate::rules::expectation::{Exp010, Exp015};
 use crate::world::event::Event;
@@ -14,8 +15,8 @@ use crate::world::event::Event;
 pub(super) struct SyncEntry {
     line: u32,
     bus: Option<String>,
-    period_ns: i64,
-    tolerance_ns: i64,
+    period_ns: Ns,
+    tolerance_ns: Ns,
 }
 
 impl SyncEntry {
@@ -75,7 +76,7 @@ impl Syncs {
     }
 
     /// Reports SYNCs that are overdue at `now_ns`. Findings are at `at`.
-    pub(super) fn overdue(&mut self, now_ns: i64, at: FrameRef, found: &mut Vec<Event>) {
+    pub(super) fn overdue(&mut self, now_ns: Ns, at: FrameRef, found: &mut Vec<Event>) {
         for WatchedSync { place, period, rhythms } in &mut self.all {
             for (bus, rhythm) in rhythms {
                 let Some((gap, last)) = rhythm.overdue(now_ns, *period) else { continue };

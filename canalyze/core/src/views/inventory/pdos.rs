@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::bytes::frame::{BusId, CanId, Frame};
+use crate::bytes::ns::Ns;
 use crate::sdo::wire::Mux;
 use crate::wire::pdo::mapping::{Mapped, Mapping};
 use crate::world::bus::Bus;
@@ -60,7 +61,7 @@ pub struct Timing {
     /// In ms; 0 = none.
     pub event_timer: Option<u16>,
     /// Period of SYNC in ns.
-    pub sync_ns: Option<i64>,
+    pub sync_ns: Option<Ns>,
 }
 
 /// The properties of a PDO.

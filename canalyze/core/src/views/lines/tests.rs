@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 use super::*;
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::rules::finding::{Facts, Finding};
 
 /// A finding at frame 9, because of frame 4 or of nothing.
@@ -38,7 +39,7 @@ fn explained_lines_have_each_consequence() {
 }
 
 /// A heartbeat of a node at a time, and what it says.
-fn heartbeat(no: u64, node: u8, t_ns: i64) -> (Frame, Event) {
+fn heartbeat(no: u64, node: u8, t_ns: Ns) -> (Frame, Event) {
     let stamp = Some(Stamp { form: StampForm::Seconds, ns: t_ns, width: 3, decimals: 1 });
     let id = crate::bytes::frame::CanId::standard(0x700 + u16::from(node));
     let frame = Frame { no, t_ns: Some(t_ns), stamp, ..Frame::classic(id, &[5]) };
@@ -51,7 +52,7 @@ fn listed(look: Look, clock: Clocked) -> String {
     lines.clock = clock;
     let mut out = Vec::new();
     for (no, node, t_ns) in [(9, 4, 1_500_000_000), (1_234_567, 5, 2_500_000_000)] {
-        let (frame, event) = heartbeat(no, node, t_ns);
+        let (frame, event) = heartbeat(no, node, Ns(t_ns));
         let found = raised(if node == 4 { Code::Hbt002 } else { Code::Hbt001 }, None);
         lines.frame(&mut out, &frame, &[event, found], &Buses::default());
     }
@@ -94,7 +95,7 @@ fn colours_change_no_character() {
 #[test]
 fn explanations_have_no_colour() {
     let mut lines = Lines::new(Lang::En, Depth::Explain, None).looking(Look { coloured: true, ..Look::default() });
-    let (frame, event) = heartbeat(1, 4, 0);
+    let (frame, event) = heartbeat(1, 4, Ns::ZERO);
     let mut out = Vec::new();
     lines.frame(&mut out, &frame, &[event], &Buses::default());
     let text = String::from_utf8(out).unwrap();
@@ -105,9 +106,9 @@ fn explanations_have_no_colour() {
 
 #[test]
 fn zero_is_the_first_frame_of_the_capture() {
-    let clock = Clocked { time: Some(Time::Zero), start_ns: Some(1_000_000_000), date_ns: None };
+    let clock = Clocked { time: Some(Time::Zero), start_ns: Some(Ns(1_000_000_000)), date_ns: None };
     let text = listed(Look::default(), clock);
     assert!(text.starts_with("(000.5)") && text.contains("\n(001.5)"), "{text}");
-    let clock = Clocked { time: Some(Time::Date), start_ns: None, date_ns: Some(86_400_000_000_000) };
+    let clock = Clocked { time: Some(Time::Date), start_ns: None, date_ns: Some(Ns(86_400_000_000_000)) };
     assert!(listed(Look::default(), clock).starts_with("(1970-01-02 00:00:01.5)"));
 }

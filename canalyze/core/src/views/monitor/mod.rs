@@ -3,6 +3,8 @@
 //! It takes every frame with its events and keeps the present state beside the figures of `summary`. Time is that of
 //! the frames, and memory is bounded. Nothing is decoded or judged here, and no clock is read.
 
+use crate::bytes::ns::Ns;
+
 mod clock;
 mod findings;
 mod objects;
@@ -192,7 +194,7 @@ impl Monitor {
     }
 
     /// Advances the time to `now_ns` on the clock of the frames.
-    pub fn advance(&mut self, now_ns: i64) {
+    pub fn advance(&mut self, now_ns: Ns) {
         self.clock.advance(now_ns);
     }
 

@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::recent::Recent;
 use crate::bytes::frame::{BusId, CanId, Frame, FrameRef, Kind};
+use crate::bytes::ns::Ns;
 use crate::evidence::period::Gaps;
 use crate::evidence::period::recent::RecentGaps;
 use crate::rules::finding::Severity;
@@ -21,11 +22,11 @@ const FOREIGN: usize = 1024;
 /// Maximum number of further identifiers that are counted apart.
 const FURTHER: usize = 65_536;
 /// Length of the time window of a rate, in ns.
-const RATE_NS: i64 = 2_000_000_000;
+const RATE_NS: Ns = Ns::from_s(2);
 /// Time for which a byte counts as changed, in ns.
-const CHANGED_NS: i64 = 1_000_000_000;
+const CHANGED_NS: Ns = Ns::from_s(1);
 /// Time for which a finding marks the line, in ns.
-const MARKED_NS: i64 = 10_000_000_000;
+const MARKED_NS: Ns = Ns::from_s(10);
 /// 11-bit identifiers.
 const IDS: usize = 2048;
 
@@ -108,7 +109,7 @@ pub(super) struct ObjectLine {
     gaps: Gaps,
     recent: RecentGaps,
     /// The time of the last change of each byte; `i64::MAX` without timestamps.
-    changed: Vec<Option<i64>>,
+    changed: Vec<Option<Ns>>,
     /// The last finding of each severity.
     marks: [Option<FrameRef>; 3],
 }
@@ -147,7 +148,7 @@ impl ObjectLine {
         if self.count > 0 && payload != before {
             for (place, (slot, byte)) in self.changed.iter_mut().zip(payload).enumerate() {
                 if before.get(place) != Some(byte) {
-                    *slot = Some(frame.t_ns.unwrap_or(i64::MAX));
+                    *slot = Some(frame.t_ns.unwrap_or(Ns::MAX));
                 }
             }
         }
@@ -170,25 +171,25 @@ impl ObjectLine {
     }
 
     /// Returns true for each byte that has changed recently.
-    pub(super) fn changed(&self, now_ns: Option<i64>) -> impl Iterator<Item = bool> {
+    pub(super) fn changed(&self, now_ns: Option<Ns>) -> impl Iterator<Item = bool> {
         self.changed.iter().take(usize::from(self.len)).map(move |at| match (*at, now_ns) {
             (None, _) => false,
-            (Some(i64::MAX), _) => true,
-            (Some(at), Some(now)) => (0..CHANGED_NS).contains(&now.saturating_sub(at)),
+            (Some(Ns::MAX), _) => true,
+            (Some(at), Some(now)) => (Ns::ZERO..CHANGED_NS).contains(&(now - at)),
             (Some(_), None) => false,
         })
     }
 
     /// Returns the mean of the last intervals in ns, and the greatest deviation from it if there are several.
-    pub(super) fn period(&self) -> Option<(i64, Option<i64>)> {
+    pub(super) fn period(&self) -> Option<(Ns, Option<Ns>)> {
         self.recent.period()
     }
 
     /// Returns the worst recent finding about it.
-    pub(super) fn severity(&self, now_ns: Option<i64>) -> Option<Severity> {
+    pub(super) fn severity(&self, now_ns: Option<Ns>) -> Option<Severity> {
         let lately = |mark: &Option<FrameRef>| {
             mark.is_some_and(|at| match (at.t_ns, now_ns) {
-                (Some(at), Some(now)) => (0..MARKED_NS).contains(&now.saturating_sub(at)),
+                (Some(at), Some(now)) => (Ns::ZERO..MARKED_NS).contains(&(now - at)),
                 _ => at.no == self.last.no,
             })
         };

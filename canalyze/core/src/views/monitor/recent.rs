@@ -3,13 +3,15 @@
 //! The window slides in ten steps, so that amounts expire even if no frame comes. The meaning of the amounts does not
 //! matter here.
 
+use crate::bytes::ns::Ns;
+
 /// Number of steps of the window.
 const STEPS: i64 = 10;
 
 /// Amounts of the last steps.
 #[derive(Clone, Debug)]
 pub(super) struct Recent {
-    step_ns: i64,
+    step_ns: Ns,
     /// The number of the current step, counted from the clock's zero.
     at: i64,
     steps: [u32; STEPS as usize],
@@ -17,13 +19,13 @@ pub(super) struct Recent {
 
 impl Recent {
     /// Creates a window of this length in ns, which is at least ten.
-    pub(super) fn new(length_ns: i64) -> Self {
-        Self { step_ns: (length_ns / STEPS).max(1), at: i64::MIN, steps: [0; STEPS as usize] }
+    pub(super) fn new(length_ns: Ns) -> Self {
+        Self { step_ns: (length_ns / STEPS).max(Ns(1)), at: i64::MIN, steps: [0; STEPS as usize] }
     }
 
     /// Adds an amount at `now_ns`. A slightly late one belongs to the current step.
-    pub(super) fn add(&mut self, now_ns: i64, amount: u32) {
-        let step = now_ns.div_euclid(self.step_ns);
+    pub(super) fn add(&mut self, now_ns: Ns, amount: u32) {
+        let step = now_ns.as_ns().div_euclid(self.step_ns.as_ns());
         if step > self.at || self.at.saturating_sub(step) >= STEPS {
             let passed = step.saturating_sub(self.at);
             if (0..STEPS).contains(&passed) {
@@ -45,14 +47,14 @@ impl Recent {
     }
 
     /// Returns the amount a second in tenths at `now_ns`, in a capture that began at `start_ns`.
-    pub(super) fn tenths_per_s(&self, now_ns: i64, start_ns: i64) -> u64 {
-        let now = now_ns.div_euclid(self.step_ns).max(self.at);
+    pub(super) fn tenths_per_s(&self, now_ns: Ns, start_ns: Ns) -> u64 {
+        let now = now_ns.as_ns().div_euclid(self.step_ns.as_ns()).max(self.at);
         let oldest = now.saturating_sub(STEPS - 1);
         let counts = (oldest..=self.at).filter_map(|step| self.steps.get(step.rem_euclid(STEPS) as usize));
         let sum: u64 = if oldest > self.at { 0 } else { counts.map(|count| u64::from(*count)).sum() };
-        let whole = (STEPS - 1).saturating_mul(self.step_ns).saturating_add(now_ns.rem_euclid(self.step_ns));
-        let time = whole.min(now_ns.saturating_sub(start_ns)).max(self.step_ns);
-        (u128::from(sum) * 10_000_000_000 / u128::from(time.unsigned_abs())) as u64
+        let whole = self.step_ns * (STEPS - 1) + Ns(now_ns.as_ns().rem_euclid(self.step_ns.as_ns()));
+        let time = whole.min(now_ns - start_ns).max(self.step_ns);
+        (u128::from(sum) * 10_000_000_000 / u128::from(time.as_ns().unsigned_abs())) as u64
     }
 }
 
@@ -64,29 +66,29 @@ mod tests {
 
     #[test]
     fn what_is_past_leaves() {
-        let mut recent = Recent::new(2_000 * MS);
+        let mut recent = Recent::new(Ns(2_000 * MS));
         for no in 0..1_000 {
-            recent.add(no * 10 * MS, 1);
+            recent.add(Ns(no * 10 * MS), 1);
         }
-        let rate = recent.tenths_per_s(9_990 * MS, 0);
+        let rate = recent.tenths_per_s(Ns(9_990 * MS), Ns::ZERO);
         assert!((995..=1005).contains(&rate), "{rate}");
-        assert!(recent.tenths_per_s(10_990 * MS, 0) < 600);
-        assert_eq!(recent.tenths_per_s(12_200 * MS, 0), 0);
-        assert_eq!(recent.tenths_per_s(i64::MAX, 0), 0);
+        assert!(recent.tenths_per_s(Ns(10_990 * MS), Ns::ZERO) < 600);
+        assert_eq!(recent.tenths_per_s(Ns(12_200 * MS), Ns::ZERO), 0);
+        assert_eq!(recent.tenths_per_s(Ns::MAX, Ns::ZERO), 0);
     }
 
     #[test]
     fn a_beginning_and_a_clock_that_was_set_back() {
-        let mut recent = Recent::new(2_000 * MS);
+        let mut recent = Recent::new(Ns(2_000 * MS));
         for no in 0..50 {
-            recent.add(i64::MAX / 2 + no * 10 * MS, 1);
+            recent.add(Ns(i64::MAX / 2 + no * 10 * MS), 1);
         }
         let now = i64::MAX / 2 + 490 * MS;
-        assert!((950..=1050).contains(&recent.tenths_per_s(now, i64::MAX / 2)));
-        recent.add(5, 1);
-        assert_eq!(recent.tenths_per_s(5, 5), 50);
-        recent.add(i64::MIN, 1);
-        recent.add(i64::MAX, 1);
-        assert!(recent.tenths_per_s(i64::MAX, i64::MIN) > 0);
+        assert!((950..=1050).contains(&recent.tenths_per_s(Ns(now), Ns(i64::MAX / 2))));
+        recent.add(Ns(5), 1);
+        assert_eq!(recent.tenths_per_s(Ns(5), Ns(5)), 50);
+        recent.add(Ns::MIN, 1);
+        recent.add(Ns::MAX, 1);
+        assert!(recent.tenths_per_s(Ns::MAX, Ns::MIN) > 0);
     }
 }

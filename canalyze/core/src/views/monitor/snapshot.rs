@@ -132,7 +132,7 @@ impl<'a> View<'a> {
     fn drive<'b>(&'b self, known: Option<&'b Bus>, node: u8, live: &Live, silent: bool) -> Option<impl WriteJson> {
         let period = known.and_then(|bus| bus.heartbeat_period(node));
         let holds = |at: FrameRef| {
-            let since = live.beat_ns.and_then(|beat| Some(at.t_ns?.saturating_sub(beat)));
+            let since = live.beat_ns.and_then(|beat| Some(at.t_ns? - beat));
             !silent || since.zip(period).is_some_and(|(since, period)| since > period)
         };
         let reports = known.into_iter().flat_map(|bus| bus.drive_reports(node)).filter(|(_, _, at)| holds(*at));

@@ -8,6 +8,7 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 
 use super::{Line, Wanted};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::InputFormat as Input;
 use crate::session::{Options, Output, Session};
 use crate::views::filter::Filter;
@@ -97,7 +98,7 @@ fn time_goes_on_without_frames() {
     let before = shot(&mut session);
     assert_eq!(before["nodes"][0]["heartbeat_age_ns"], 0);
     assert_eq!(before["nodes"][0]["heartbeat_period_ns"], 100_000_000);
-    session.advance(105_000_000_000, &mut Vec::new());
+    session.advance(Ns(105_000_000_000), &mut Vec::new());
     let after = shot(&mut session);
     assert_eq!(after["nodes"][0]["heartbeat_age_ns"], 4_300_000_000u64);
     assert_eq!((&after["nodes"][0]["frames_per_s"], &after["buses"][0]["load_percent"]), (&json!(0.0), &json!(0.0)));
@@ -105,7 +106,7 @@ fn time_goes_on_without_frames() {
     // The heartbeat was missed, but no frame has shown that: nothing is marked.
     assert_eq!((&after["findings"][0]["code"], &after["nodes"][0]["findings"]["error"]), (&json!("HBT005"), &json!(0)));
     assert_eq!(object(&after, "705")["severity"], Value::Null);
-    session.advance(1, &mut Vec::new());
+    session.advance(Ns(1), &mut Vec::new());
     assert_eq!(shot(&mut session)["now_ns"], 105_000_000_000u64);
 }
 
@@ -127,7 +128,7 @@ fn a_node_that_is_no_longer_heard_is_silent() {
     let mut session = session(None);
     feed(&mut session, &log(&beats));
     end(&mut session);
-    session.advance(105_000_000_000, &mut Vec::new());
+    session.advance(Ns(105_000_000_000), &mut Vec::new());
     assert_eq!(shot(&mut session)["nodes"][0]["silent"], "heartbeat");
 
     let asked: Vec<_> = (0..8).map(|no| (no * 100, if no % 2 == 0 { "705#85" } else { "705#05" })).collect();
@@ -150,7 +151,7 @@ fn one_time_from_frame_to_frame_has_no_jitter() {
 fn without_stamps_there_are_no_times() {
     let mut session = session(Some(500_000));
     feed(&mut session, "  can0  705   [1]  05\n  can0  185   [2]  01 02\n  can0  185   [2]  01 03\n");
-    session.advance(5, &mut Vec::new());
+    session.advance(Ns(5), &mut Vec::new());
     end(&mut session);
     let shot = shot(&mut session);
     assert_eq!((&shot["now_ns"], &shot["start_ns"]), (&Value::Null, &Value::Null));
@@ -430,7 +431,7 @@ fn lost(until_ms: Option<i64>) -> Value {
     feed(&mut session, &log(&beats));
     end(&mut session);
     if let Some(until_ms) = until_ms {
-        session.advance(until_ms * 1_000_000, &mut Vec::new());
+        session.advance(Ns(until_ms * 1_000_000), &mut Vec::new());
     }
     shot(&mut session)
 }

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use memchr::memmem::Finder;
 
 use crate::bytes::frame::{BusId, Buses, CanId, Frame, Kind};
+use crate::bytes::ns::Ns;
 use crate::rules::finding::{Code, Severity};
 use crate::sdo::wire::Mux;
 use crate::views::filter::{Filter, FilterClock, Subject};
@@ -32,7 +33,7 @@ pub struct Line {
     /// The worst finding of the frame, or the finding of the line; `""` for none.
     pub severity: &'static str,
     /// Time in ns.
-    pub t_ns: Option<i64>,
+    pub t_ns: Option<Ns>,
     /// The bus.
     pub bus: String,
     /// The identifier as candump writes it; empty below the frame's own line.
@@ -62,7 +63,7 @@ pub struct Wanted<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct FramePlace {
     pub(super) frame: u64,
-    pub(super) t_ns: Option<i64>,
+    pub(super) t_ns: Option<Ns>,
     pub(super) bus: BusId,
     pub(super) id: CanId,
     pub(super) kind: Kind,

@@ -3,6 +3,7 @@
 
 use super::recent::Recent;
 use crate::bytes::frame::{Frame, Kind};
+use crate::bytes::ns::Ns;
 use crate::rules::finding::Severity;
 use crate::wire::error_frame;
 use crate::words::profiles::Profile;
@@ -11,9 +12,9 @@ use crate::world::event::{Event, What};
 use crate::world::node::PerNode;
 
 /// Length of the time window of the load, in ns.
-const LOAD_NS: i64 = 1_000_000_000;
+const LOAD_NS: Ns = Ns::from_s(1);
 /// Length of the time window of rates, in ns.
-const RATE_NS: i64 = 2_000_000_000;
+const RATE_NS: Ns = Ns::from_s(2);
 /// Bits of byte 1 of an error frame: warning level, passive level (received and sent frames), back to active.
 const WARNING: u8 = 0x0C;
 const PASSIVE: u8 = 0x30;
@@ -71,7 +72,7 @@ pub(super) struct LastEmergency {
     /// The profile that defines its meaning.
     pub(super) profile: Profile,
     /// The time of the report, in ns.
-    pub(super) t_ns: Option<i64>,
+    pub(super) t_ns: Option<Ns>,
     /// The number of active errors, including it.
     pub(super) active: usize,
 }
@@ -82,7 +83,7 @@ pub(super) struct Live {
     /// Frames of its identifiers.
     pub(super) rate: Recent,
     /// Its last boot-up, heartbeat or response to node guarding, in ns.
-    pub(super) beat_ns: Option<i64>,
+    pub(super) beat_ns: Option<Ns>,
     pub(super) emergency: Option<LastEmergency>,
     /// By severity.
     pub(super) findings: [u64; 3],
@@ -97,7 +98,7 @@ impl Default for Live {
 }
 
 impl Live {
-    fn change(&mut self, change: &Change, t_ns: Option<i64>) {
+    fn change(&mut self, change: &Change, t_ns: Option<Ns>) {
         self.unknown &= !matches!(change, Change::BootUp { .. } | Change::State { .. } | Change::Command { .. });
         match *change {
             Change::BootUp { .. } => {

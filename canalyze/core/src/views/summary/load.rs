@@ -4,9 +4,10 @@
 //! frames does not matter here.
 
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 
 /// Lengths in ns of the windows whose peaks are measured.
-pub const WINDOWS: [i64; 2] = [1_000_000_000, 100_000_000];
+pub const WINDOWS: [Ns; 2] = [Ns::from_s(1), Ns::from_ms(100)];
 /// Steps of a window.
 const STEPS: usize = 10;
 /// Bit times between two frames, beyond the three of the intermission, that still count as back to back, since
@@ -24,8 +25,8 @@ impl BitTime {
     }
 
     /// Returns the duration of a number of bits in ns.
-    fn of(self, bits: i64) -> i64 {
-        bits.saturating_mul(self.0) >> 16
+    fn of(self, bits: i64) -> Ns {
+        Ns(bits.saturating_mul(self.0) >> 16)
     }
 }
 
@@ -41,9 +42,9 @@ pub struct Peak {
 /// A sliding window.
 #[derive(Clone, Debug)]
 pub struct Window {
-    step_ns: i64,
+    step_ns: Ns,
     /// The end of the current step.
-    end_ns: i64,
+    end_ns: Ns,
     /// Bits and frames of the last steps; the current one is at `now`.
     steps: [(u64, u64); STEPS],
     now: usize,
@@ -54,8 +55,8 @@ pub struct Window {
 
 impl Window {
     /// Creates a window of this length, which is at least ten ns.
-    pub fn new(length_ns: i64) -> Self {
-        let step_ns = (length_ns / STEPS as i64).max(1);
+    pub fn new(length_ns: Ns) -> Self {
+        let step_ns = (length_ns / STEPS as i64).max(Ns(1));
         Self {
             step_ns,
             end_ns: step_ns,
@@ -68,7 +69,7 @@ impl Window {
     }
 
     /// Takes a frame of `bits` bits, at `at_ns` since the first one.
-    pub fn add(&mut self, at_ns: i64, bits: u64, frame: FrameRef) {
+    pub fn add(&mut self, at_ns: Ns, bits: u64, frame: FrameRef) {
         if at_ns >= self.end_ns {
             self.slide(at_ns);
         }
@@ -88,9 +89,9 @@ impl Window {
         self.sum.0
     }
 
-    fn slide(&mut self, at_ns: i64) {
-        let passed = at_ns.saturating_sub(self.end_ns) / self.step_ns + 1;
-        self.end_ns = self.end_ns.saturating_add(passed.saturating_mul(self.step_ns));
+    fn slide(&mut self, at_ns: Ns) {
+        let passed = (at_ns - self.end_ns) / self.step_ns + 1;
+        self.end_ns += self.step_ns * passed;
         for _ in 0..passed.min(STEPS as i64) {
             self.now = (self.now + 1) % STEPS;
             if let Some(step) = self.steps.get_mut(self.now) {
@@ -107,7 +108,7 @@ pub struct Burst {
     /// The number of frames.
     pub frames: u64,
     /// From the beginning of the first to the end of the last, in ns.
-    pub length_ns: i64,
+    pub length_ns: Ns,
     /// The first one.
     pub first: FrameRef,
 }
@@ -125,7 +126,7 @@ pub struct Load {
     burst: Burst,
     longest: Burst,
     /// Time of the last frame in ns.
-    last_ns: i64,
+    last_ns: Ns,
 }
 
 impl Default for Load {
@@ -137,17 +138,17 @@ impl Default for Load {
             windows: WINDOWS.map(Window::new),
             burst: Burst::default(),
             longest: Burst::default(),
-            last_ns: 0,
+            last_ns: Ns::ZERO,
         }
     }
 }
 
 impl Load {
     /// Takes a frame of `bits` bits, at `at_ns` since the capture's first frame; `None` without timestamps.
-    pub fn add(&mut self, bits: u32, at_ns: Option<i64>, bit_time: Option<BitTime>, frame: FrameRef) {
+    pub fn add(&mut self, bits: u32, at_ns: Option<Ns>, bit_time: Option<BitTime>, frame: FrameRef) {
         self.bits += u64::from(bits);
         let Some(at_ns) = at_ns else { return };
-        if at_ns > 0 {
+        if at_ns > Ns::ZERO {
             self.timed_bits += u64::from(bits);
             self.timed_frames += 1;
         }
@@ -159,7 +160,7 @@ impl Load {
         }
     }
 
-    fn follow(&mut self, took_ns: i64, slack_ns: i64, at_ns: i64, frame: FrameRef) {
+    fn follow(&mut self, took_ns: Ns, slack_ns: Ns, at_ns: Ns, frame: FrameRef) {
         if self.burst.frames > 0 && at_ns - self.last_ns <= took_ns + slack_ns {
             self.burst.frames += 1;
             self.burst.length_ns += at_ns - self.last_ns;
@@ -173,7 +174,7 @@ impl Load {
     }
 
     /// The maximum number of bits, and of frames, in each of [`WINDOWS`].
-    pub fn peaks(&self) -> [(i64, Peak, Peak); WINDOWS.len()] {
+    pub fn peaks(&self) -> [(Ns, Peak, Peak); WINDOWS.len()] {
         let [second, tenth] = &self.windows;
         let [of_second, of_tenth] = WINDOWS;
         [(of_second, second.bits, second.frames), (of_tenth, tenth.bits, tenth.frames)]
@@ -199,11 +200,11 @@ mod tests {
         let mut load = Load::default();
         // 50 frames around the end of the first second, then silence, then one.
         for no in 0..50 {
-            load.add(100, Some(960_000_000 + no * 1_600_000), None, at(no as u64 + 1));
+            load.add(100, Some(Ns(960_000_000 + no * 1_600_000)), None, at(no as u64 + 1));
         }
-        load.add(100, Some(7_000_000_000), None, at(51));
+        load.add(100, Some(Ns(7_000_000_000)), None, at(51));
         let peaks = load.peaks().map(|(length, bits, frames)| (length, bits.amount, frames.amount));
-        assert_eq!(peaks, [(1_000_000_000, 5_000, 50), (100_000_000, 5_000, 50)]);
+        assert_eq!(peaks, [(Ns::from_s(1), 5_000, 50), (Ns::from_ms(100), 5_000, 50)]);
         assert_eq!((load.bits, load.timed_bits, load.timed_frames), (5_100, 5_100, 51));
     }
 
@@ -211,7 +212,7 @@ mod tests {
     fn what_is_past_leaves_the_window() {
         let mut load = Load::default();
         for no in 0..1_000 {
-            load.add(10, Some(no * 10_000_000), None, at(no as u64 + 1));
+            load.add(10, Some(Ns::from_ms(no * 10)), None, at(no as u64 + 1));
         }
         let peaks = load.peaks().map(|(_, bits, frames)| (bits.amount, frames.amount, frames.at.no));
         assert_eq!(peaks, [(1_000, 100, 100), (100, 10, 10)]);
@@ -224,10 +225,10 @@ mod tests {
         let mut now = 0;
         for (no, gap) in [1_000, 200, 240, 241, 200, 5_000, 200, 200, 220, 900].into_iter().enumerate() {
             now += gap * 1_000;
-            load.add(100, Some(now), Some(BitTime::at(500_000)), at(no as u64 + 1));
+            load.add(100, Some(Ns(now)), Some(BitTime::at(500_000)), at(no as u64 + 1));
         }
         let burst = load.longest_burst().unwrap();
-        assert_eq!((burst.frames, burst.length_ns, burst.first.no), (4, 820_000, 6));
+        assert_eq!((burst.frames, burst.length_ns, burst.first.no), (4, Ns::from_us(820), 6));
         assert!(Load::default().longest_burst().is_none());
     }
 }

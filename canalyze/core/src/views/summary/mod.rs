@@ -18,6 +18,7 @@ use node::NodeSummary;
 use traffic::{BusPdos, Sync};
 
 use crate::bytes::frame::{BusId, Direction, Frame, FrameRef, Kind};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::Marker;
 use crate::bytes::readers::listing::LeftOut;
 use crate::bytes::span::Span;
@@ -68,7 +69,7 @@ pub struct Capture {
     /// The timestamps.
     pub span: Span,
     /// The longest time in ns without a frame, and the frame that ended it.
-    pub pause: Option<(i64, FrameRef)>,
+    pub pause: Option<(Ns, FrameRef)>,
     /// SDO requests captured after their response.
     pub reordered: u64,
     /// Lines that could not be read.
@@ -88,7 +89,7 @@ impl Capture {
             self.unstamped += 1;
             return;
         };
-        let step_ns = self.span.take(now_ns).filter(|step_ns| *step_ns >= 0);
+        let step_ns = self.span.take(now_ns).filter(|step_ns| *step_ns >= Ns::ZERO);
         if let Some(step_ns) = step_ns
             && self.pause.is_none_or(|(longest, _)| step_ns > longest)
         {
@@ -188,7 +189,7 @@ impl BusSummary {
         }))
     }
 
-    fn take(&mut self, frame: &Frame, at_ns: Option<i64>, bit_time: Option<BitTime>) {
+    fn take(&mut self, frame: &Frame, at_ns: Option<Ns>, bit_time: Option<BitTime>) {
         self.frames += 1;
         match frame.kind {
             Kind::Data => {}

@@ -3,6 +3,7 @@
 //! It counts events and does not judge. Every list is bounded; further elements are only counted.
 
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::evidence::period::spread::{Ranked, Spread};
 use crate::sdo::abort_code::AbortCode;
 use crate::sdo::transfer::{Direction, Status, Transfer, TransferId};
@@ -118,8 +119,8 @@ pub struct NodeSummary {
     shown: Track,
     /// States by boot-ups and NMT commands.
     commanded: Track,
-    last_heartbeat_ns: Option<i64>,
-    pending: Vec<(TransferId, i64)>,
+    last_heartbeat_ns: Option<Ns>,
+    pending: Vec<(TransferId, Ns)>,
 }
 
 impl NodeSummary {
@@ -151,7 +152,7 @@ impl NodeSummary {
                 if let (Some(now), Some(before)) = (at.t_ns, self.last_heartbeat_ns)
                     && now >= before
                 {
-                    self.heartbeat.add(now.saturating_sub(before));
+                    self.heartbeat.add(now - before);
                 }
                 self.last_heartbeat_ns = at.t_ns;
                 if self.shown.state != Some(state) {
@@ -196,7 +197,7 @@ impl NodeSummary {
             self.pending.push((id, now_ns));
         }
         if let Some(requested_ns) = requested_ns.filter(|requested| responds && now_ns >= *requested) {
-            self.response.add(now_ns.saturating_sub(requested_ns));
+            self.response.add(now_ns - requested_ns);
         }
     }
 

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::{CanId, Frame};
+use crate::bytes::ns::Ns;
 use crate::evidence::period::Gaps;
 use crate::evidence::period::spread::{Ranked, Spread};
 use crate::world::event::Placement;
@@ -34,7 +35,7 @@ pub struct Sync {
 
 impl Sync {
     /// Takes a SYNC.
-    pub fn take(&mut self, counter: Option<u8>, t_ns: Option<i64>) {
+    pub fn take(&mut self, counter: Option<u8>, t_ns: Option<Ns>) {
         self.frames += 1;
         if let Some(gap) = self.gaps.take(t_ns) {
             self.period.add(gap);
@@ -107,7 +108,7 @@ impl BusPdos {
         if let Some(placement) = placement {
             pdo.synchronous += 1;
             match placement.delay_ns {
-                Some(delay) if delay >= 0 => pdo.delay.add(delay),
+                Some(delay) if delay >= Ns::ZERO => pdo.delay.add(delay),
                 Some(_) => pdo.before_sync += 1,
                 None => {}
             }

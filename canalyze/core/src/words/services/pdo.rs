@@ -1,6 +1,7 @@
 //! PDOs in words: the signals of a mapped one, the object of a multiplex one. Nine tenths of a capture are these lines.
 
 use crate::bytes::frame::Frame;
+use crate::bytes::ns::Ns;
 use crate::wire::pdo::Multiplexed;
 use crate::wire::pdo::mapping::Mapping;
 use crate::wire::role::{Nodes, PdoLabel};
@@ -95,7 +96,7 @@ fn preset(out: &mut Vec<u8>, lang: Lang, from: Provenance) {
 fn placement(out: &mut Vec<u8>, sync: &Placement) {
     put!(out; " [SYNC ", sync.cycle);
     if let Some(delay) = sync.delay_ns {
-        put!(out; if delay < 0 { " " } else { " +" });
+        put!(out; if delay < Ns::ZERO { " " } else { " +" });
         sentence::duration(out, delay);
     }
     put!(out; "]");

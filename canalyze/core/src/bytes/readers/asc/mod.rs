@@ -5,6 +5,8 @@
 //! event, and other content is counted by kind. That includes requests to send (`TxRq`), whose frame follows as `Tx`
 //! when it is on the bus. Memory is bounded for any input.
 
+use crate::bytes::ns::Ns;
+
 mod base;
 mod classic;
 mod clock;
@@ -141,7 +143,7 @@ impl Asc {
             Some((mut frame, channel)) if !self.header.decimal => {
                 self.error = None;
                 if let Some(stamp) = &mut frame.stamp {
-                    stamp.ns = self.clock.moment(stamp.ns);
+                    stamp.ns = Ns(self.clock.moment(stamp.ns.as_ns()));
                     frame.t_ns = Some(stamp.ns);
                 }
                 self.give(frame, channel, buses, sink);
@@ -228,7 +230,7 @@ impl Asc {
         sink: &mut impl FnMut(Item, &Buses),
     ) -> Result<(), Fail> {
         // A difference is shown as the time that it means, since a file may have both kinds.
-        stamp.ns = self.clock.moment(stamp.ns);
+        stamp.ns = Ns(self.clock.moment(stamp.ns.as_ns()));
         let first = words.need(Unreadable::NoFrame)?;
         let is = |name: &[u8]| first.eq_ignore_ascii_case(name);
         let (fd, xl) = (is(b"canfd"), is(b"canxl"));
@@ -286,7 +288,7 @@ impl Asc {
             self.restore(&mut frame);
         }
         if let Some(date_ns) = self.clock.start() {
-            sink(Item::Marker(Marker::Start { date_ns }), buses);
+            sink(Item::Marker(Marker::Start { date_ns: Ns(date_ns) }), buses);
         }
         self.gaps.row(buses, sink);
         sink(Item::Frame(frame), buses);

@@ -17,7 +17,7 @@ fn items(text: &[u8], cuts: &[usize]) -> (String, Contents) {
     let mut out = String::new();
     let mut sink = |item: Item, buses: &Buses| match item {
         Item::Frame(frame) => writeln!(out, "{}: {}", frame.line.unwrap(), shown(&frame, buses)).unwrap(),
-        Item::Marker(Marker::Start { date_ns }) => writeln!(out, "start {date_ns}").unwrap(),
+        Item::Marker(Marker::Start { date_ns }) => writeln!(out, "start {}", date_ns.as_ns()).unwrap(),
         Item::Marker(Marker::Dropped { bus, count, total, .. }) => {
             writeln!(out, "dropped {count} {total} {}", String::from_utf8_lossy(buses.name(bus))).unwrap();
         }
@@ -43,7 +43,7 @@ fn items(text: &[u8], cuts: &[usize]) -> (String, Contents) {
 fn shown(frame: &Frame, buses: &Buses) -> String {
     let mut out = String::new();
     if let Some(t_ns) = frame.t_ns {
-        write!(out, "{t_ns} ").unwrap();
+        write!(out, "{} ", t_ns.as_ns()).unwrap();
     }
     out.push_str(&String::from_utf8_lossy(buses.name(frame.bus)));
     out.push_str(match frame.dir {

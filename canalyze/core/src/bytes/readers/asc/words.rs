@@ -1,6 +1,7 @@
 //! The words of a line, the numbers in them, and the reasons why a line is not a frame.
 
 use crate::bytes::frame::{CanId, Direction, Stamp, StampForm};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::Unreadable;
 use crate::bytes::readers::candump::lex::{byte, nibble, skip_blanks, word};
 use crate::bytes::readers::candump::stamp::{digits, fraction, nanoseconds};
@@ -80,7 +81,7 @@ pub(super) fn stamp(text: &[u8]) -> Option<(Stamp, &[u8])> {
     }
     let ns = nanoseconds(i64::try_from(whole).unwrap_or(i64::MAX), fraction);
     let ns = if negative { -ns } else { ns };
-    Some((Stamp { form: StampForm::Seconds, ns, width: width as u8, decimals }, rest))
+    Some((Stamp { form: StampForm::Seconds, ns: Ns(ns), width: width as u8, decimals }, rest))
 }
 
 /// The meaning of a word in the column of directions.

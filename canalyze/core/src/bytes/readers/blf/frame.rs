@@ -2,6 +2,7 @@
 
 use super::head::{ObjectHead, u16_at, u32_at, u64_at};
 use crate::bytes::frame::{Buses, CanId, Direction, Frame, Kind, LengthForm, Stamp, StampForm};
+use crate::bytes::ns::Ns;
 
 /// Objects with a frame: type, least number of bytes behind the header, and the bytes that they may have beyond them.
 const FRAMES: [(u32, usize, usize); 5] = [(1, 16, 8), (86, 16, 16), (73, 32, 8), (100, 84, 8), (101, 40, 96)];
@@ -200,5 +201,5 @@ fn length(dlc: u8) -> u8 {
 fn stamp(object: &[u8], fine: bool) -> Option<Stamp> {
     let unit = if is_fine(object) { 1 } else { 10_000 };
     let ns = i64::try_from(u64_at(object, 24).checked_mul(unit)?).ok()?;
-    Some(Stamp { form: StampForm::Seconds, ns, width: 1, decimals: if fine { 9 } else { 5 } })
+    Some(Stamp { form: StampForm::Seconds, ns: Ns(ns), width: 1, decimals: if fine { 9 } else { 5 } })
 }

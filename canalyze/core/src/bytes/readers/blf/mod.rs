@@ -13,6 +13,8 @@
 //! one before it; behind damage reading goes on with the next head. A container that cannot be unpacked is passed over
 //! as a whole.
 
+use crate::bytes::ns::Ns;
+
 mod frame;
 mod head;
 mod losses;
@@ -176,7 +178,7 @@ impl Blf {
         (self.begun, self.application, self.size, self.count) = (true, application, whole, count);
         self.take(size);
         match date_ns(date) {
-            Some(date_ns) => out.item(Item::Marker(Marker::Start { date_ns })),
+            Some(date_ns) => out.item(Item::Marker(Marker::Start { date_ns: Ns(date_ns) })),
             None if date != [0; 8] => {
                 let at = DATE_AT as u64;
                 self.damaged(Loss { kind: DamageKind::Structure, at, size: Some(DATE_SIZE as u64) }, out);

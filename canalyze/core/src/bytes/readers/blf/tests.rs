@@ -5,6 +5,7 @@ use proptest::prelude::*;
 
 use super::Blf;
 use crate::bytes::frame::{Buses, Frame, Kind};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::{DamageKind, Item};
 
 /// Returns an object with a header of version 1.
@@ -66,10 +67,10 @@ fn messages_and_their_start() {
     let items = read(&file(2, &inner), 1 << 20);
     assert!(matches!(
         items[0],
-        Item::Marker(crate::bytes::readers::Marker::Start { date_ns: 1_709_208_000_500_000_000 })
+        Item::Marker(crate::bytes::readers::Marker::Start { date_ns: Ns(1_709_208_000_500_000_000) })
     ));
     let frames = frames(&items);
-    assert_eq!((frames[0].id.raw(), frames[0].t_ns, frames[0].payload()[0]), (0x60A, Some(1_000_030_000), 0x40));
+    assert_eq!((frames[0].id.raw(), frames[0].t_ns, frames[0].payload()[0]), (0x60A, Some(Ns(1_000_030_000)), 0x40));
     assert!(frames[1].id.is_extended());
     assert!(damages(&items).is_empty());
 }

@@ -67,7 +67,8 @@ pub(super) fn frame<'a>(text: &[u8], after: &'a [u8], frame: &mut Frame) -> Resu
     let mark = text.iter().position(|&byte| byte == b'#').unwrap_or(text.len());
     let (id, rest) = text.split_at_checked(mark).unwrap_or((text, &[]));
     let rest = rest.strip_prefix(b"#").unwrap_or(rest);
-    let begun = || rest.iter().all(|&byte| nibble(byte) < 16 || matches!(byte, b'.' | b':' | b'#' | b'R' | b'r' | b'_'));
+    let begun =
+        || rest.iter().all(|&byte| nibble(byte) < 16 || matches!(byte, b'.' | b':' | b'#' | b'R' | b'r' | b'_'));
     let fail = |reason| Fail { reason, end: reason == Unreadable::Data && after.is_empty() && begun() };
     // Flags, type and acceptance field of CAN XL, and its data behind a second mark; the network of its identifier is
     // left out if it is 0, and then the line may be a classic frame with colons between its bytes.

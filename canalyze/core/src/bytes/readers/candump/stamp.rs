@@ -8,10 +8,11 @@ use super::Stamps;
 use super::lex::is_blank;
 use crate::bytes::calendar::{days_of, days_to};
 use crate::bytes::frame::{LAST_SECOND_NS, Stamp, StampForm};
+use crate::bytes::ns::Ns;
 
 const SECOND: i64 = 1_000_000_000;
 /// Lower limit of console stamps that are an epoch (1973), in ns; smaller ones may be differences or count from zero.
-const AMBIGUOUS: i64 = 100_000_000 * SECOND;
+const AMBIGUOUS: Ns = Ns::from_s(100_000_000);
 const DAY: i64 = 86_400;
 
 /// Parses the stamp at the beginning of a line; returns the text after its closing parenthesis as well.
@@ -32,7 +33,7 @@ pub(super) fn bare(text: &[u8]) -> Option<(Stamp, &[u8])> {
         return None;
     }
     let ns = nanoseconds(i64::try_from(whole).unwrap_or(i64::MAX), fraction);
-    Some((Stamp { form: StampForm::Seconds, ns, width: width as u8, decimals }, rest))
+    Some((Stamp { form: StampForm::Seconds, ns: Ns(ns), width: width as u8, decimals }, rest))
 }
 
 /// Parses `(1549455524.265601)`, the form of nearly every log file, with the result of [`seconds`], eight digits at
@@ -46,7 +47,7 @@ fn microseconds(text: &[u8]) -> Option<(Stamp, &[u8])> {
     let high = eight_digits([s0, s1, s2, s3, s4, s5, s6, s7])?;
     let low = eight_digits([s8, s9, u0, u1, u2, u3, u4, u5])?;
     let ns = (high * 100_000_000 + low).checked_mul(1_000).unwrap_or_else(|| nanoseconds(i64::MAX, 0));
-    Some((Stamp { form: StampForm::Seconds, ns, width: 10, decimals: 6 }, rest))
+    Some((Stamp { form: StampForm::Seconds, ns: Ns(ns), width: 10, decimals: 6 }, rest))
 }
 
 /// Returns the number that eight digits represent, the first one highest; `None` if one is not a digit.
@@ -80,14 +81,14 @@ fn seconds(text: &[u8]) -> Option<(Stamp, &[u8])> {
     };
     let ns = nanoseconds(i64::try_from(whole).unwrap_or(i64::MAX), fraction);
     let rest = rest.strip_prefix(b")")?;
-    Some((Stamp { form: StampForm::Seconds, ns, width: width as u8, decimals }, rest))
+    Some((Stamp { form: StampForm::Seconds, ns: Ns(ns), width: width as u8, decimals }, rest))
 }
 
 /// Returns the sum in ns, or if it does not fit the last whole second that does, which survives writing and reading.
 #[inline(always)]
 pub(in crate::bytes::readers) fn nanoseconds(seconds: i64, fraction: i64) -> i64 {
     let exact = seconds.checked_mul(SECOND).and_then(|ns| ns.checked_add(fraction));
-    exact.unwrap_or(if seconds < 0 { -LAST_SECOND_NS } else { LAST_SECOND_NS })
+    exact.unwrap_or(if seconds < 0 { -LAST_SECOND_NS } else { LAST_SECOND_NS }.as_ns())
 }
 
 /// Parses a number, saturating; returns its value, its number of digits, and the rest.
@@ -152,7 +153,7 @@ fn calendar(text: &[u8]) -> Option<(Stamp, &[u8])> {
     let rest = rest.strip_prefix(b")")?;
     let seconds = days_to(year, month, day) * DAY + hour * 3600 + minute * 60 + second;
     let ns = nanoseconds(seconds, fraction);
-    Some((Stamp { form: StampForm::Calendar, ns, width: 0, decimals }, rest))
+    Some((Stamp { form: StampForm::Calendar, ns: Ns(ns), width: 0, decimals }, rest))
 }
 
 /// Parses a number of exactly `width` digits and the mark after it.
@@ -184,13 +185,13 @@ pub(super) struct CandumpClock {
     deltas: bool,
     /// True if counting from zero is only assumed, so that a backward step has to be reported.
     assumed: bool,
-    sum: i64,
-    last: Option<i64>,
+    sum: Ns,
+    last: Option<Ns>,
 }
 
 impl CandumpClock {
     pub(super) fn new(stamps: Stamps) -> Self {
-        Self { deltas: stamps == Stamps::Delta, assumed: stamps == Stamps::Auto, sum: 0, last: None }
+        Self { deltas: stamps == Stamps::Delta, assumed: stamps == Stamps::Auto, sum: Ns::ZERO, last: None }
     }
 
     /// Decides the meaning by the stamps at the beginning of a file. Fewer than two decide nothing.
@@ -209,12 +210,12 @@ impl CandumpClock {
     ///
     /// Has to be called for every stamped console line, readable or not: a difference counts from the line before.
     #[inline(always)]
-    pub(super) fn moment(&mut self, stamp: Stamp, console: bool) -> (i64, bool) {
+    pub(super) fn moment(&mut self, stamp: Stamp, console: bool) -> (Ns, bool) {
         if !console || !is_ambiguous(&stamp) {
             return (stamp.ns, false);
         }
         if self.deltas {
-            self.sum = self.sum.saturating_add(stamp.ns);
+            self.sum += stamp.ns;
             return (self.sum, false);
         }
         let backward = self.assumed && self.last.is_some_and(|last| stamp.ns < last);
@@ -239,7 +240,7 @@ mod tests {
     use super::*;
 
     fn written(stamp: &Stamp) -> String {
-        let (seconds, fraction) = (stamp.ns.div_euclid(SECOND), stamp.ns.rem_euclid(SECOND));
+        let (seconds, fraction) = (stamp.ns.as_ns().div_euclid(SECOND), stamp.ns.as_ns().rem_euclid(SECOND));
         let whole = match stamp.form {
             StampForm::Seconds => format!("{seconds:0width$}", width = usize::from(stamp.width)),
             StampForm::Calendar => {
@@ -279,7 +280,7 @@ mod tests {
             ("(2000-02-29 00:00:00)", 951_782_400_000_000_000, 0),
         ] {
             let (stamp, rest) = read(text.as_bytes()).unwrap();
-            assert_eq!((stamp.ns, stamp.decimals, rest), (ns, decimals, &b""[..]), "{text}");
+            assert_eq!((stamp.ns, stamp.decimals, rest), (Ns(ns), decimals, &b""[..]), "{text}");
             assert_eq!(written(&stamp), text);
         }
     }
@@ -287,7 +288,7 @@ mod tests {
     #[test]
     fn too_fine_and_too_large_stamps_still_read() {
         let (stamp, rest) = read(b"(0.1234567891999) x").unwrap();
-        assert_eq!((stamp.ns, stamp.decimals, rest), (123_456_789, 9, &b" x"[..]));
+        assert_eq!((stamp.ns, stamp.decimals, rest), (Ns(123_456_789), 9, &b" x"[..]));
         for (text, written_again) in [
             ("(99999999999999999999.999999)", "(00000000009223372036.000000)"),
             ("(9223372036.9)", "(9223372036.0)"),

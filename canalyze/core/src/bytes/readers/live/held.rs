@@ -3,6 +3,7 @@
 //! Each receiver delivers the items of one bus, and earlier ones of another bus may come later. All are therefore held
 //! until everything up to some time has come. Memory is bounded, and items of a single bus are never held.
 
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::Item;
 
 /// Maximum number of held items; beyond it all are released in their present order.
@@ -14,11 +15,11 @@ pub(super) struct HeldItems {
     /// True if there are several buses.
     pub(super) joins: bool,
     /// The items with the times that they wait for, in ns.
-    items: Vec<(i64, Item)>,
+    items: Vec<(Ns, Item)>,
     /// The last such time by the stream's own index of buses, in ns.
-    times: Vec<i64>,
+    times: Vec<Ns>,
     /// The last time up to which everything had come, in ns.
-    until: Option<i64>,
+    until: Option<Ns>,
 }
 
 impl HeldItems {
@@ -30,7 +31,7 @@ impl HeldItems {
         }
         let index = usize::from(bus);
         if self.times.len() <= index {
-            self.times.resize(index + 1, i64::MIN);
+            self.times.resize(index + 1, Ns::MIN);
         }
         let Some(time) = self.times.get_mut(index) else { return give(item) };
         if let Item::Frame(frame) = &item {
@@ -43,7 +44,7 @@ impl HeldItems {
     }
 
     /// Releases everything up to `until`, or everything, ordered by time and then by arrival.
-    pub(super) fn release(&mut self, until: Option<i64>, give: impl FnMut(Item)) {
+    pub(super) fn release(&mut self, until: Option<Ns>, give: impl FnMut(Item)) {
         // After a step back of the clock, none of the held items would ever be due.
         let back = until.zip(self.until).is_some_and(|(now, before)| now < before);
         self.until = until.or(self.until);

@@ -5,6 +5,7 @@
 //! Lengths are checked, and truncated frames rejected.
 
 use crate::bytes::frame::{Direction, Frame, Stamp, StampForm};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::{Unreadable, pcap};
 
 /// Size of a slot in bytes.
@@ -140,7 +141,7 @@ impl LiveMessage<'_> {
     fn stamped(&self, stamp: Option<(i64, u8)>) -> Result<Frame, Unreadable> {
         let bytes = self.frame.ok_or(Unreadable::Data)?;
         let frame = pcap::native(bytes, bytes.len() == FRAME)?;
-        let stamp = stamp.map(|(ns, decimals)| Stamp { form: StampForm::Seconds, ns, width: 10, decimals });
+        let stamp = stamp.map(|(ns, decimals)| Stamp { form: StampForm::Seconds, ns: Ns(ns), width: 10, decimals });
         let dir = Some(if self.flags & SENT != 0 { Direction::Tx } else { Direction::Rx });
         Ok(Frame { t_ns: stamp.map(|stamp| stamp.ns), stamp, dir, ..frame })
     }

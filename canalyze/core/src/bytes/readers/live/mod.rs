@@ -24,6 +24,8 @@
 //! Frames of one bus keep their order. Those of several buses are joined by their stamps among the items `held` until
 //! the next `until`. The stream is not trusted: anything else ends it with one damage.
 
+use crate::bytes::ns::Ns;
+
 mod held;
 mod messages;
 #[cfg(test)]
@@ -187,7 +189,7 @@ impl Live {
                 return Some(());
             }
             kind::UNTIL => {
-                let moment = (head.number < i64::MAX).then_some(head.number);
+                let moment = (head.number < i64::MAX).then_some(Ns(head.number));
                 self.held.release(moment, |item| sink(item, buses));
                 if let Some(now_ns) = moment {
                     sink(Item::Until { now_ns }, buses);

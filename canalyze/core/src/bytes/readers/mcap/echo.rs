@@ -206,6 +206,7 @@ mod tests {
     use super::super::order::Order;
     use super::*;
     use crate::bytes::frame::{BusId, CanId, Frame};
+    use crate::bytes::ns::Ns;
     use Direction::{Rx, Tx};
 
     const MS: i64 = 1_000_000;
@@ -217,8 +218,9 @@ mod tests {
         for part in [frames.len().max(1), 3] {
             let (mut order, mut out) = (Order::new(), Vec::new());
             order.seek_echoes();
-            let mut to =
-                |frame: Frame| out.push((frame.t_ns.unwrap_or(0) / 1000, frame.dir.unwrap_or(Rx), frame.id.raw()));
+            let mut to = |frame: Frame| {
+                out.push((frame.t_ns.map_or(0, Ns::as_ns) / 1000, frame.dir.unwrap_or(Rx), frame.id.raw()))
+            };
             for part in frames.chunks(part) {
                 order.release(part.iter().map(|(t_us, ..)| t_us * 1000).min().unwrap_or(0), &mut to);
                 for (t_us, dir, id) in part {

@@ -2,6 +2,7 @@
 //! fields that this reader sets are kept.
 
 use crate::bytes::frame::{BusId, CanId, Direction, Frame, Kind, LengthForm, Stamp, StampForm};
+use crate::bytes::ns::Ns;
 
 /// A frame with its time in ns.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -63,8 +64,8 @@ impl Held {
             moved: 0,
             corrected_ns: 0,
             line: None,
-            t_ns: Some(self.t_ns),
-            stamp: Some(Stamp { form: StampForm::Seconds, ns: self.t_ns, width: 1, decimals: 9 }),
+            t_ns: Some(Ns(self.t_ns)),
+            stamp: Some(Stamp { form: StampForm::Seconds, ns: Ns(self.t_ns), width: 1, decimals: 9 }),
             bus: self.bus,
             id: self.id,
             kind: self.kind,
@@ -87,8 +88,8 @@ mod tests {
         let mut short = Frame::classic(CanId::standard(0x181), &[1, 2, 3, 4, 5, 6, 7, 8]);
         (short.dir, short.bus, short.length_form.raw_dlc) = (Some(Direction::Tx), BusId(3), 12);
         for mut frame in [long, short] {
-            frame.t_ns = Some(5);
-            frame.stamp = Some(Stamp { form: StampForm::Seconds, ns: 5, width: 1, decimals: 9 });
+            frame.t_ns = Some(Ns(5));
+            frame.stamp = Some(Stamp { form: StampForm::Seconds, ns: Ns(5), width: 1, decimals: 9 });
             assert_eq!(format!("{:?}", Held::new(5, &frame).frame()), format!("{frame:?}"));
         }
     }

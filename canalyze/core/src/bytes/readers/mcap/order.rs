@@ -113,6 +113,7 @@ impl Order {
 mod tests {
     use super::*;
     use crate::bytes::frame::CanId;
+    use crate::bytes::ns::Ns;
 
     fn frame(t_ns: i64, id: u16) -> Held {
         Held::new(t_ns, &Frame::classic(CanId::standard(id), &[]))
@@ -122,7 +123,7 @@ mod tests {
     fn overlapping_chunks() {
         let mut order = Order::new();
         let mut out = Vec::new();
-        let mut to = |frame: Frame| out.push((frame.t_ns.unwrap_or(0), frame.id.raw()));
+        let mut to = |frame: Frame| out.push((frame.t_ns.map_or(0, Ns::as_ns), frame.id.raw()));
         for (t, id) in [(5, 1), (3, 2), (9, 3), (3, 4)] {
             order.push(frame(t, id), &mut to);
         }

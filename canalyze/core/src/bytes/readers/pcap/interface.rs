@@ -9,6 +9,7 @@ use super::identifiers::Reading;
 use super::link::{self, Failed, Link};
 use super::tally::{Passed, Tally};
 use crate::bytes::frame::{BusId, Buses, Direction, MAX_BUS_NAME, Stamp, StampForm};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::{FilePlace, Item, Marker, Unreadable};
 
 /// The unit and offset of an interface's stamps.
@@ -137,7 +138,7 @@ impl Interface {
                     return sink(Item::Unreadable { place, reason: Unreadable::Bus }, buses);
                 }
                 frame.dir = packet.dir.or(frame.dir);
-                frame.t_ns = packet.units.map(|units| self.clock.moment(units));
+                frame.t_ns = packet.units.map(|units| Ns(self.clock.moment(units)));
                 let decimals = self.clock.decimals();
                 frame.stamp = frame.t_ns.map(|ns| Stamp { form: StampForm::Seconds, ns, width: 1, decimals });
                 sink(Item::Frame(frame), buses);

@@ -6,6 +6,7 @@ use super::columns::{MICROSECOND, MILLISECOND, SECOND};
 use super::row::{CLASSIC, LONGER, Row, direction, length};
 use super::times::number;
 use crate::bytes::frame::{Stamp, StampForm};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::candump::lex::{is_blank, is_hex, nibble};
 
 /// Reads a row whose words say what it is, with the name of its program.
@@ -167,13 +168,13 @@ pub(super) fn slcan(text: &[u8]) -> Option<Row<'_>> {
         _ => return None,
     };
     let ns = value * unit;
-    row.stamp = Some(Stamp { form: StampForm::Seconds, ns, width: 1, decimals });
+    row.stamp = Some(Stamp { form: StampForm::Seconds, ns: Ns(ns), width: 1, decimals });
     // Milliseconds begin again after a minute, or when their digits end; microseconds after an hour.
-    row.wraps_ns = match after.len() {
+    row.wraps_ns = Ns(match after.len() {
         4 if value < 60_000 => 60_000 * unit,
         4 => 65_536 * unit,
         _ => 3600 * SECOND,
-    };
+    });
     row.whole().filter(|_| is_hex(after))
 }
 
@@ -187,7 +188,7 @@ mod tests {
     fn read(text: &str) -> Option<Read> {
         let (row, _) = self_describing(text.as_bytes())?;
         let data = row.data.get(..row.count)?.to_vec();
-        Some((row.stamp?.ns, row.id.map(|(id, _)| id), row.extended, row.remote, row.direction, data))
+        Some((row.stamp?.ns.as_ns(), row.id.map(|(id, _)| id), row.extended, row.remote, row.direction, data))
     }
 
     #[test]

@@ -30,6 +30,7 @@ use super::lines::Begun;
 use super::listing::{Gaps, is_damaged, omission, unmarked, unquoted};
 use super::{Contents, FilePlace, Item, Unreadable};
 use crate::bytes::frame::{Buses, CanId, Frame, Kind};
+use crate::bytes::ns::Ns;
 
 /// Number of lines that wait until their layout is known, of a file and of a pipe, doubled until something shows that they
 /// are rows, and the most.
@@ -68,26 +69,26 @@ pub struct Rows {
 /// The clock of an adapter that begins again.
 #[derive(Debug, Default)]
 struct AdapterClock {
-    last_ns: i64,
-    wraps_ns: i64,
+    last_ns: Ns,
+    wraps_ns: Ns,
     /// Each stamp counts from the one before it.
     relative: bool,
     /// The time of the turns so far, or of relative stamps.
-    turns_ns: i64,
+    turns_ns: Ns,
 }
 
 impl AdapterClock {
     /// Returns the time of a stamp, counted from the first turn.
-    fn moment(&mut self, ns: i64, wraps_ns: i64) -> i64 {
+    fn moment(&mut self, ns: Ns, wraps_ns: Ns) -> Ns {
         if self.relative {
-            self.turns_ns = self.turns_ns.saturating_add(ns);
+            self.turns_ns += ns;
             return self.turns_ns;
         }
         self.wraps_ns = self.wraps_ns.max(wraps_ns);
-        if wraps_ns > 0 && ns < std::mem::replace(&mut self.last_ns, ns) {
-            self.turns_ns = self.turns_ns.saturating_add(self.wraps_ns);
+        if wraps_ns > Ns::ZERO && ns < std::mem::replace(&mut self.last_ns, ns) {
+            self.turns_ns += self.wraps_ns;
         }
-        if wraps_ns > 0 { self.turns_ns.saturating_add(ns) } else { ns }
+        if wraps_ns > Ns::ZERO { self.turns_ns + ns } else { ns }
     }
 }
 

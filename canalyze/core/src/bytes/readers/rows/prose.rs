@@ -13,6 +13,7 @@ use super::objects;
 use super::row::{CLASSIC, Row, identifier, length};
 use super::times::unprefixed;
 use super::words::{Word, is_bus, is_time, side, stamp, words};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::candump::lex::is_hex;
 
 /// Maximum number of words from the identifier to the bytes.
@@ -51,7 +52,7 @@ pub(super) fn guess(line: &[u8], known: bool) -> Option<(RowLayout, Row<'_>)> {
     let mut columns = Vec::new();
     if let Some(cell) = stamp(line, head) {
         row.take(Time(SECOND), cell)?;
-        row.wraps_ns = 0;
+        row.wraps_ns = Ns::ZERO;
         columns.push(Time(SECOND));
     }
     if let Some(bus) = head.iter().rev().find(|word| is_bus(word.text)) {

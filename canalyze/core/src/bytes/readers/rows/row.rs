@@ -3,9 +3,10 @@
 use std::iter::Peekable;
 
 use super::columns::Column::{self, Attribute, Channel, Data, Extended, Id, Length, Other, Part, Remote, Ticks, Time};
-use super::columns::{MICROSECOND, MILLISECOND, SECOND};
+use super::columns::{MICROSECOND, SECOND};
 use super::times::{number, time, unprefixed};
 use crate::bytes::frame::{Direction, Stamp, StampForm};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::candump::lex::{byte, is_blank, is_hex, nibble};
 use crate::bytes::readers::listing;
 
@@ -32,7 +33,7 @@ pub(super) struct Row<'a> {
     /// CAN FD: bit rate switch, error state indicator.
     pub(super) fd: Option<(bool, bool)>,
     /// The time after which the clock of the stamp begins again; 0 if it does not.
-    pub(super) wraps_ns: i64,
+    pub(super) wraps_ns: Ns,
     /// The end of the row in its line, if text may follow; 0 for the whole line.
     pub(super) end: usize,
     /// The channel as written, and the number of the first one.
@@ -56,7 +57,7 @@ impl Default for Row<'_> {
             remote: false,
             error: false,
             fd: None,
-            wraps_ns: 0,
+            wraps_ns: Ns::ZERO,
             end: 0,
             channel: b"",
             first: 0,
@@ -76,7 +77,7 @@ impl<'a> Row<'a> {
             Ticks if !cell.starts_with(b"0x") => self.stamp = time(cell, SECOND),
             Ticks => {
                 let ticks = number(cell, 16);
-                let ns = |ticks| i64::from(ticks) * (MILLISECOND / 10);
+                let ns = |ticks| Ns::from_us(i64::from(ticks) * 100);
                 self.stamp =
                     ticks.map(|ticks| Stamp { form: StampForm::Seconds, ns: ns(ticks), width: 1, decimals: 4 });
             }

@@ -3,6 +3,7 @@
 use super::columns::{MICROSECOND, MILLISECOND, SECOND};
 use crate::bytes::calendar::{days_of, days_to};
 use crate::bytes::frame::{Stamp, StampForm};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::candump::lex::{is_blank, is_hex, nibble};
 use crate::bytes::readers::candump::stamp::{digits, fraction, nanoseconds};
 
@@ -50,7 +51,7 @@ pub(super) fn time(word: &[u8], unit: i64) -> Option<Stamp> {
         let stamp = time(rest.get(1..)?, unit).filter(|_| rest.contains(&b':'))?;
         return Some(Stamp {
             form: StampForm::Calendar,
-            ns: date(day)?.checked_add(stamp.ns)?.checked_sub(zone_ns)?,
+            ns: Ns(date(day)?.checked_add(stamp.ns.as_ns())?.checked_sub(zone_ns)?),
             ..stamp
         });
     }
@@ -61,7 +62,7 @@ pub(super) fn time(word: &[u8], unit: i64) -> Option<Stamp> {
         && let ([a, b, c], Some(stamp)) = (micro, time(front, unit).filter(|stamp| stamp.decimals == 3))
         && let Some(micro) = number(&[*a, *b, *c], 10)
     {
-        return Some(Stamp { ns: stamp.ns.checked_add(i64::from(micro) * 1000)?, decimals: 6, ..stamp });
+        return Some(Stamp { ns: stamp.ns + Ns::from_us(micro.into()), decimals: 6, ..stamp });
     }
     let mut parts = word.split(|byte| *byte == b':');
     let (first, second, third, fourth) = (parts.next()?, parts.next(), parts.next(), parts.next());
@@ -107,7 +108,7 @@ pub(super) fn time(word: &[u8], unit: i64) -> Option<Stamp> {
             (ns, (decimals + more).min(9), 1)
         }
     };
-    Some(Stamp { form: StampForm::Seconds, ns, width, decimals })
+    Some(Stamp { form: StampForm::Seconds, ns: Ns(ns), width, decimals })
 }
 
 /// Returns a time of day without the time zone behind it, and that in ns.

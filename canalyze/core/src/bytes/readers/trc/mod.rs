@@ -9,6 +9,8 @@
 //! A header may be missing or incomplete, as in an excerpt: lines wait until the form of a row shows the version. A line
 //! that cannot be read costs only itself. Rows of other types are counted.
 
+use crate::bytes::ns::Ns;
+
 mod header;
 mod row;
 #[cfg(test)]
@@ -131,7 +133,7 @@ impl Trc {
         self.started = true;
         self.header.settle();
         if let Some(date_ns) = self.header.date_ns() {
-            sink(Item::Marker(Marker::Start { date_ns }), buses);
+            sink(Item::Marker(Marker::Start { date_ns: Ns(date_ns) }), buses);
         }
         self.unknown = !self.header.is_readable();
         if self.unknown {
@@ -205,13 +207,13 @@ impl Trc {
         for (slot, byte) in data.iter_mut().zip(row.data.iter().take(usize::from(row.size))) {
             *slot = *byte;
         }
-        let stamp = Stamp { form: StampForm::Seconds, ns: row.ns, width: 1, decimals: self.decimals };
+        let stamp = Stamp { form: StampForm::Seconds, ns: Ns(row.ns), width: 1, decimals: self.decimals };
         Frame {
             no: 0,
             moved: 0,
             corrected_ns: 0,
             line: Some(line),
-            t_ns: Some(row.ns),
+            t_ns: Some(Ns(row.ns)),
             stamp: Some(stamp),
             bus,
             id: row.id,

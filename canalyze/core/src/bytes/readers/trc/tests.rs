@@ -5,6 +5,7 @@ use proptest::prelude::*;
 
 use super::Trc;
 use crate::bytes::frame::{Buses, Frame, Kind};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::{FilePlace, Item, Marker, Unreadable};
 
 fn read(text: &str, step: usize) -> Vec<Item> {
@@ -46,7 +47,7 @@ fn a_row_of_each_version() {
             assert_eq!(all.len(), 1, "{text}");
             assert_eq!(
                 (all[0].id.raw(), all[0].t_ns, all[0].payload()),
-                (0x60A, Some(12_500_000), &[0x40, 8, 0x10, 0, 0, 0, 0, 0][..])
+                (0x60A, Some(Ns(12_500_000)), &[0x40, 8, 0x10, 0, 0, 0, 0, 0][..])
             );
         }
     }
@@ -59,7 +60,10 @@ fn the_date_is_in_days() {
             .iter()
             .find_map(|item| if let Item::Marker(Marker::Start { date_ns }) = item { Some(*date_ns) } else { None })
     };
-    assert_eq!(date(&read(";$FILEVERSION=1.1\n;$STARTTIME=25569.5\n1) 1.0 Rx 060A 0\n", 9)), Some(43_200_000_000_000));
+    assert_eq!(
+        date(&read(";$FILEVERSION=1.1\n;$STARTTIME=25569.5\n1) 1.0 Rx 060A 0\n", 9)),
+        Some(Ns(43_200_000_000_000))
+    );
     assert_eq!(date(&read(";$FILEVERSION=1.1\n;$STARTTIME=25569\n1) 1.0 Rx 060A 0\n", 9)), None);
 }
 

@@ -11,6 +11,8 @@
 //! `is_error` and its class in `id`, without flag bits. The metadata record `canalyze.source` names files, formats and
 //! buses. `decoded` adds the decoded content.
 
+use crate::bytes::ns::Ns;
+
 mod cdr;
 mod container;
 mod decoded;
@@ -136,12 +138,12 @@ impl Mcap {
         self.begin(out);
         let moment = setting.moment(frame);
         self.now = match moment {
-            Some(ns) => u64::try_from(ns).unwrap_or(0),
+            Some(ns) => u64::try_from(ns.as_ns()).unwrap_or(0),
             None => self.frames.saturating_mul(STEP),
         };
         self.frames += 1;
         // A time before 1970 cannot be written either and becomes 0.
-        if moment.is_none_or(|ns| ns < 0) {
+        if moment.is_none_or(|ns| ns < Ns::ZERO) {
             self.losses.count(Loss::NoStamp);
         }
         if frame.dir.is_none() {
@@ -209,8 +211,8 @@ impl Mcap {
     }
 
     /// Appends a chunk that is old at `now_ns` on the clock of live frames.
-    pub fn until(&mut self, out: &mut Vec<u8>, now_ns: i64) {
-        self.container.until(out, u64::try_from(now_ns).unwrap_or(0));
+    pub fn until(&mut self, out: &mut Vec<u8>, now_ns: Ns) {
+        self.container.until(out, u64::try_from(now_ns.as_ns()).unwrap_or(0));
     }
 
     /// Appends the end of the file.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use super::*;
 use crate::bytes::frame::Buses;
 use crate::bytes::frame::LengthForm;
+use crate::bytes::ns::Ns;
 
 /// Returns the records of some bytes: opcode and content.
 fn records(mut bytes: &[u8]) -> Vec<(u8, &[u8])> {
@@ -91,7 +92,7 @@ fn write(settings: McapSettings, frames: &[Frame]) -> (Vec<u8>, Vec<(Loss, u64)>
 }
 
 fn plain(frame: Frame) -> Frame {
-    Frame { t_ns: Some(1_549_455_524_265_601_001), dir: Some(Direction::Rx), ..frame }
+    Frame { t_ns: Some(Ns(1_549_455_524_265_601_001)), dir: Some(Direction::Rx), ..frame }
 }
 
 const STAMP: [u8; 8] = [0xA4, 0xD0, 0x5A, 0x5C, 0xE9, 0xBF, 0xD4, 0x0F];
@@ -156,19 +157,19 @@ fn what_the_format_cannot_hold() {
     assert_eq!(times, [0, STEP]);
     assert_eq!(losses, [(Loss::UnknownDirection, 2), (Loss::NoStamp, 2)]);
     let odd = Frame {
-        t_ns: Some(-5),
+        t_ns: Some(Ns(-5)),
         bus: BusId(1),
         len: 8,
         length_form: LengthForm { raw_dlc: 15, ..LengthForm::default() },
         ..plain(bare)
     };
     let (file, losses) =
-        write(McapSettings::default(), &[Frame { bus: BusId(1), ..plain(bare) }, Frame { t_ns: Some(-5), ..odd }]);
+        write(McapSettings::default(), &[Frame { bus: BusId(1), ..plain(bare) }, Frame { t_ns: Some(Ns(-5)), ..odd }]);
     assert_eq!(messages(&file)[1].0, "/a_b_c/from_can_bus");
     assert_eq!(messages(&file)[1].2, 0);
     assert_eq!(losses, [(Loss::BusName, 2), (Loss::NoStamp, 1), (Loss::RawDlc, 1)]);
     // After 2038 the stamp is 0 for unknown; the log time is still right.
-    let (file, losses) = write(McapSettings::default(), &[Frame { t_ns: Some(i64::MAX), ..plain(bare) }]);
+    let (file, losses) = write(McapSettings::default(), &[Frame { t_ns: Some(Ns::MAX), ..plain(bare) }]);
     let (_, _, time, data) = messages(&file).remove(0);
     assert_eq!((time, &data[4..12]), (i64::MAX as u64, &[0; 8][..]));
     assert_eq!(losses, []);
@@ -188,7 +189,7 @@ fn summary_and_indexes() {
     let frames: Vec<Frame> = (0..60_000)
         .map(|no| {
             let id = CanId::standard(0x180 + no % 7);
-            Frame { t_ns: Some(i64::from(no) * 1000), ..plain(Frame::classic(id, &no.to_le_bytes())) }
+            Frame { t_ns: Some(Ns(i64::from(no) * 1000)), ..plain(Frame::classic(id, &no.to_le_bytes())) }
         })
         .collect();
     let (file, _) = write(McapSettings::default(), &frames);

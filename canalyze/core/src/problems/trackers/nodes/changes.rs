@@ -5,6 +5,7 @@
 use super::NodeProblems;
 use super::losses::lost_with;
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{StepRole, Subject, bit, members};
@@ -16,11 +17,11 @@ use crate::rules::finding::{Finding, Quantity};
 use crate::wire::error_control::OPERATIONAL;
 
 /// Maximum time from an emergency to a change of state caused by it, in ns.
-const REACTION_NS: i64 = 2_000_000_000;
+const REACTION_NS: Ns = Ns::from_s(2);
 /// Number of boot-ups without a command that are a loop.
 const LOOP: u64 = 3;
 /// Maximum distance of boot-ups of nodes that were lost together, in ns.
-const BACK_NS: i64 = 1_000_000_000;
+const BACK_NS: Ns = Ns::from_s(1);
 
 impl NodeProblems {
     /// Records a boot-up without a command (NMT003).
@@ -108,9 +109,9 @@ impl NodeProblems {
         let others = scene.ledger.last(scene.id, |one| {
             let lost = one.kind.is(KindRole::Silent) && one.has("boot_up");
             let back = members(one.subject.nodes).filter_map(|other| self.booted.get(&other));
-            let near = back.into_iter().any(|other| at.since(*other).is_some_and(|ns| ns.saturating_abs() <= BACK_NS));
+            let near = back.into_iter().any(|other| at.since(*other).is_some_and(|ns| ns.abs() <= BACK_NS));
             // Its last frame is older than the loss, or came while the others were being lost.
-            let period = one.ns("period").unwrap_or(0);
+            let period = one.ns("period").unwrap_or(Ns::ZERO);
             lost && near && before.since(one.begin).is_some_and(|since| since <= period)
         });
         let Some(one) = others.and_then(|place| scene.ledger.get_mut(place)) else { return false };
@@ -124,7 +125,7 @@ impl NodeProblems {
     fn restarts_with_others(&mut self, node: u8, finding: &Finding, was: bool, scene: &mut Scene<'_>) -> bool {
         let at = finding.at;
         let others = scene.ledger.last(scene.id, |one| {
-            let near = at.since(one.begin).is_some_and(|since| since.saturating_abs() <= BACK_NS);
+            let near = at.since(one.begin).is_some_and(|since| since.abs() <= BACK_NS);
             one.kind.is(KindRole::Restart) && one.repeats.count == 1 && near && !one.subject.concerns(node)
         });
         let Some(one) = others.and_then(|place| scene.ledger.get_mut(place)) else { return false };
@@ -157,7 +158,7 @@ impl NodeProblems {
             scene.ledger.last(scene.id, |one| {
                 one.subject.node == Some(node)
                     && !one.clue.reported.is_empty()
-                    && at.since(one.repeats.since).is_none_or(|since| since.saturating_abs() <= REACTION_NS)
+                    && at.since(one.repeats.since).is_none_or(|since| since.abs() <= REACTION_NS)
             })
         });
         let trouble = trouble.or_else(|| self.left_again(node, at, scene));

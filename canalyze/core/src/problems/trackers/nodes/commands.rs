@@ -3,6 +3,7 @@
 //! `checks/nmt` decides if a command had no effect.
 
 use super::{IgnoredRpdos, NodeProblems};
+use crate::bytes::ns::Ns;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::problem::{StepRole, Subject, bit, members};
 use crate::problems::roles::KindRole;
@@ -16,9 +17,9 @@ use crate::rules::finding::{Code, Finding, Quantity};
 const COMMANDS: u64 = 50;
 /// The same at the end of the capture, and the time from the first to the last of them in ns.
 const FEW: u64 = 5;
-const WAITS_NS: i64 = 1_500_000_000;
+const WAITS_NS: Ns = Ns::from_ms(1_500);
 /// Maximum distance of resets that are one restart of the plant, in ns.
-const ONE_RESET_NS: i64 = 3_000_000_000;
+const ONE_RESET_NS: Ns = Ns::from_s(3);
 
 impl NodeProblems {
     /// Processes an NMT command to a node or to all (0); `before`: the nodes that were Operational until now.

@@ -4,6 +4,7 @@
 
 use super::NodeProblems;
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{Grade, Problem, StepRole, Subject, bit, members};
@@ -14,9 +15,9 @@ use crate::problems::trackers::AGAIN_NS;
 use crate::rules::finding::{Finding, Quantity};
 
 /// Maximum distance of silences with one cause, in ns.
-const TOGETHER_NS: i64 = 100_000_000;
+const TOGETHER_NS: Ns = Ns::from_ms(100);
 /// Minimum time without a frame after which a node may be the one that a consumer misses, in ns.
-const UNHEARD_NS: i64 = 400_000_000;
+const UNHEARD_NS: Ns = Ns::from_ms(400);
 
 impl NodeProblems {
     /// Processes a frame of a node that is not a boot-up.
@@ -58,9 +59,9 @@ impl NodeProblems {
         let sync = scene.heard.sync;
         let (begin, producer) = last_sign(node, heartbeat, finding.at, scene);
         // Other frames after the next heartbeat was due show that the node goes on.
-        let rest = finding.at.since(begin).unwrap_or(i64::MAX);
-        let beyond = begin.since(heartbeat).unwrap_or(0);
-        let goes_on = period.is_some_and(|period| beyond > period.saturating_add(period / 2) && rest < beyond);
+        let rest = finding.at.since(begin).unwrap_or(Ns::MAX);
+        let beyond = begin.since(heartbeat).unwrap_or(Ns::ZERO);
+        let goes_on = period.is_some_and(|period| beyond > period + period / 2 && rest < beyond);
         let kind = if goes_on { ProblemKind::HeartbeatStopped } else { ProblemKind::NodeSilent };
         let begin = if goes_on { heartbeat } else { begin };
         // A silence that ended after the last heartbeat is the same outage.
@@ -115,19 +116,17 @@ impl NodeProblems {
     pub(in crate::problems) fn missed(
         &mut self,
         consumer: u8,
-        watched: &[(u8, i64)],
+        watched: &[(u8, Ns)],
         named: [u8; 5],
         scene: &mut Scene<'_>,
     ) {
         let at = scene.at;
-        let age = |node: u8| scene.heard.last(node).and_then(|last| at.since(last)).unwrap_or(0);
+        let age = |node: u8| scene.heard.last(node).and_then(|last| at.since(last)).unwrap_or(Ns::ZERO);
         let is_missed = |node: &u8| {
             let limit = match (watched.iter().find(|(other, _)| other == node), watched.is_empty()) {
                 (Some((_, time)), _) => *time,
                 (None, false) => return false,
-                (None, true) => {
-                    scene.bus.heartbeat_period(*node).map_or(UNHEARD_NS, |period| period.saturating_add(period / 8))
-                }
+                (None, true) => scene.bus.heartbeat_period(*node).map_or(UNHEARD_NS, |period| period + period / 8),
             };
             let beats = scene.heard.last_heartbeat(*node).is_some_and(|beat| {
                 self.booted.get(node).is_none_or(|boot| beat.no >= boot.no) || scene.heard.last(*node) == Some(beat)
@@ -177,7 +176,7 @@ impl NodeProblems {
             let Some(one) = scene.ledger.get_mut(place).filter(|one| one.kind.is(KindRole::AloneSilent)) else {
                 continue;
             };
-            let limit = one.ns("limit").or_else(|| one.ns("period")).unwrap_or(i64::MAX);
+            let limit = one.ns("limit").or_else(|| one.ns("period")).unwrap_or(Ns::MAX);
             if let Some(beat) = beat.filter(|_| end.since(since).is_some_and(|rest| rest > limit)) {
                 (one.kind, one.end) = (ProblemKind::HeartbeatStopped, None);
                 one.steps.retain(|step| step.role != StepRole::Recovery || step.at.no < since.no);
@@ -195,15 +194,15 @@ impl NodeProblems {
     /// Adds a node to the loss of others if it has not been heard since then, although it was not missed.
     fn was_away(&self, node: u8, scene: &mut Scene<'_>) {
         let Some(last) = scene.heard.last(node) else { return };
-        let away = scene.at.since(last).unwrap_or(0);
-        if scene.bus.heartbeat_period(node).is_none_or(|period| away < period.saturating_add(period / 2)) {
+        let away = scene.at.since(last).unwrap_or(Ns::ZERO);
+        if scene.bus.heartbeat_period(node).is_none_or(|period| away < period + period / 2) {
             return;
         }
         for place in self.silent.values() {
             let Some(one) = scene.ledger.get_mut(*place).filter(|one| one.kind.is(KindRole::Segment)) else {
                 continue;
             };
-            let period = one.ns("period").unwrap_or(0);
+            let period = one.ns("period").unwrap_or(Ns::ZERO);
             if last.since(one.begin).is_some_and(|since| since <= period) && away > period {
                 one.subject.nodes |= bit(node);
                 one.step(scene.at, StepRole::Recovery, Saying::HeardAgain, None);
@@ -230,7 +229,7 @@ impl NodeProblems {
         };
         let place = scene.ledger.last(scene.id, same)?;
         let one = scene.ledger.get_mut(place)?;
-        let soon = one.repeats.longest_ns.saturating_mul(10).max(AGAIN_NS);
+        let soon = (one.repeats.longest_ns * 10).max(AGAIN_NS);
         if one.end.is_some() && !one.ended_within(begin, soon) {
             return None;
         }
@@ -245,7 +244,7 @@ impl NodeProblems {
         node: u8,
         kind: ProblemKind,
         begin: FrameRef,
-        period: Option<i64>,
+        period: Option<Ns>,
         scene: &mut Scene<'_>,
     ) -> Option<LedgerPlace> {
         let place = self.silent.values().copied().max()?;
@@ -258,10 +257,8 @@ impl NodeProblems {
         let other_period = one.ns("period")?;
         let (first, then) = (one.begin.t_ns?, begin.t_ns.or(since.t_ns)?);
         let earliest = first.max(then);
-        let latest = first.saturating_add(other_period).min(then.saturating_add(period?));
-        if earliest > latest.saturating_add(TOGETHER_NS)
-            || then.saturating_sub(first).saturating_abs() > other_period.max(period?)
-        {
+        let latest = (first + other_period).min(then + period?);
+        if earliest > latest + TOGETHER_NS || (then - first).abs() > other_period.max(period?) {
             return None;
         }
         lost_with(one, node);
@@ -292,9 +289,9 @@ fn last_sign(node: u8, heartbeat: FrameRef, at: FrameRef, scene: &Scene<'_>) -> 
 }
 
 /// Rounds a period for people: to whole ms unless it is short.
-fn rounded(ns: i64) -> i64 {
-    const MS: i64 = 1_000_000;
-    if ns < 10 * MS { ns } else { ns.saturating_add(MS / 2) / MS * MS }
+fn rounded(ns: Ns) -> Ns {
+    const MS: Ns = Ns::from_ms(1);
+    if ns < 10 * MS { ns } else { (ns + MS / 2) / MS * MS }
 }
 
 /// Turns a loss of heartbeats into a silence if the node has sent nothing else for as long.

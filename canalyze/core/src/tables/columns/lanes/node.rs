@@ -5,6 +5,7 @@
 
 use super::rows::{At, Pen};
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::wire::message::Errors;
 use crate::words::lane::{self, Word};
@@ -14,11 +15,11 @@ use crate::world::change::EmcyChange;
 use crate::world::drive::DriveState;
 
 /// A reset command captured so soon after a boot-up was sent before it, in ns: an echo may be late.
-const LATE_NS: i64 = 10_000_000;
+const LATE_NS: Ns = Ns::from_ms(10);
 /// The same in frames, where there are no stamps.
 const LATE: u64 = 2;
 /// A state that a node shows within this time after a command was sent before it obeyed, in ns.
-const SENT_NS: i64 = 1_000_000;
+const SENT_NS: Ns = Ns::from_ms(1);
 
 /// A state in the lane of the NMT state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,7 +153,7 @@ impl Node {
     }
 
     /// The node, or every node, is silent, since `t_ns` if known.
-    pub(super) fn lose(&mut self, pen: &mut Pen<'_>, prefix: &str, node_state: NodeState, t_ns: Option<i64>, at: At) {
+    pub(super) fn lose(&mut self, pen: &mut Pen<'_>, prefix: &str, node_state: NodeState, t_ns: Option<Ns>, at: At) {
         if self.node_state.is_some() {
             let at = at.at_time(t_ns, self.since);
             self.stand(pen, prefix, node_state, at, true);
@@ -179,7 +180,7 @@ impl Node {
     /// Returns true if a reset command is the echo of one that its boot-up has already answered.
     pub(super) fn has_obeyed(&self, at: FrameRef) -> bool {
         self.boot_up.is_some_and(|boot_up| match at.since(boot_up) {
-            Some(age) => (0..LATE_NS).contains(&age),
+            Some(age) => (Ns::ZERO..LATE_NS).contains(&age),
             None => boot_up.no + LATE >= at.no,
         })
     }
@@ -263,7 +264,7 @@ impl Node {
     }
 
     /// The node is not heard any more, since `t_ns` where that is known: nor is its drive, from the same moment on.
-    pub(super) fn lose_drives(&mut self, pen: &mut Pen<'_>, prefix: &str, t_ns: Option<i64>, at: At) {
+    pub(super) fn lose_drives(&mut self, pen: &mut Pen<'_>, prefix: &str, t_ns: Option<Ns>, at: At) {
         for one in &mut self.axes {
             if one.state.take().is_some() {
                 pen.end(&drive(self.id, prefix, one.number), at.at_time(t_ns, one.since));
@@ -325,5 +326,5 @@ fn drive(node: u8, prefix: &str, axis: u8) -> String {
 
 /// Returns true if a node sent its state before it could obey a command.
 fn sent_before(command: FrameRef, at: FrameRef) -> bool {
-    at.since(command).map_or(command.no + 1 == at.no, |age| (0..SENT_NS).contains(&age))
+    at.since(command).map_or(command.no + 1 == at.no, |age| (Ns::ZERO..SENT_NS).contains(&age))
 }

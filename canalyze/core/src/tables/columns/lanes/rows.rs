@@ -6,6 +6,7 @@ use std::fmt::Write;
 
 use super::{Changes, LaneChange};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::tables::columns::column::{Append, Batch, Table};
 use crate::tables::columns::cycle_numbers::CycleNumbers;
 use crate::words::Lang;
@@ -19,7 +20,7 @@ pub(super) const MANY: &str = "…";
 /// The place of a row: time stamp in ns, frame, SYNC cycle of its bus.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct At {
-    pub(super) t_ns: Option<i64>,
+    pub(super) t_ns: Option<Ns>,
     pub(super) frame: u64,
     pub(super) cycle: u64,
 }
@@ -36,7 +37,7 @@ impl At {
     }
 
     /// The same at another time. One before `least` is that of a clock that was set meanwhile: then nothing changes.
-    pub(super) fn at_time(self, t_ns: Option<i64>, least: Self) -> Self {
+    pub(super) fn at_time(self, t_ns: Option<Ns>, least: Self) -> Self {
         let t_ns = t_ns.filter(|t_ns| least.t_ns.is_none_or(|least| *t_ns >= least)).or(self.t_ns);
         Self { t_ns, ..self }
     }

@@ -6,6 +6,7 @@ use proptest::prelude::*;
 
 use super::{Expectations, findings};
 use crate::bytes::frame::{CanId, Frame};
+use crate::bytes::ns::Ns;
 use crate::session::{Format, Knowledge, Options, Session};
 use crate::words::Lang;
 
@@ -199,10 +200,10 @@ proptest! {
                 let digits = data.as_bytes().chunks(2).filter_map(|pair| std::str::from_utf8(pair).ok());
                 let bytes: Vec<u8> = digits.filter_map(|pair| u8::from_str_radix(pair, 16).ok()).collect();
                 let mut frame = Frame::classic(CanId::standard(u16::from_str_radix(id, 16).unwrap()), &bytes);
-                frame.t_ns = Some(*now);
+                frame.t_ns = Some(Ns(*now));
                 session.push(frame, &mut out);
             }
-            session.advance(i64::MAX, &mut out);
+            session.advance(Ns::MAX, &mut out);
             session.finish(&mut out);
             for line in out.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
                 prop_assert!(serde_json::from_slice::<serde_json::Value>(line).is_ok());

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::{check, findings};
 use crate::bytes::frame::{CanId, Frame};
+use crate::bytes::ns::Ns;
 use crate::session::{Encoding, Options, Output, Rows, Session};
 use crate::views::expectation::Expectations;
 use crate::words::Lang;
@@ -118,18 +119,18 @@ fn gaps_and_live_silence() {
     options.known.expectations = Some(Arc::new(Expectations::read(json).unwrap()));
     let mut session = Session::new(options);
     let mut out = Vec::new();
-    let push = |session: &mut Session, id, now: i64, bytes: &[u8], out: &mut Vec<u8>| {
+    let push = |session: &mut Session, id, now: Ns, bytes: &[u8], out: &mut Vec<u8>| {
         let mut frame = Frame::classic(CanId::standard(id), bytes);
         frame.t_ns = Some(now);
         session.push(frame, out);
     };
-    push(&mut session, 0x705, 0, &[5], &mut out);
-    push(&mut session, 0x080, 200_000, &[], &mut out);
-    session.advance(900_000_000, &mut out);
-    session.advance(1_100_000_000, &mut out);
-    session.advance(1_200_000_000, &mut out);
-    push(&mut session, 0x705, 1_300_000_000, &[5], &mut out);
-    push(&mut session, 0x080, 1_300_000_000, &[], &mut out);
+    push(&mut session, 0x705, Ns::ZERO, &[5], &mut out);
+    push(&mut session, 0x080, Ns(200_000), &[], &mut out);
+    session.advance(Ns(900_000_000), &mut out);
+    session.advance(Ns(1_100_000_000), &mut out);
+    session.advance(Ns(1_200_000_000), &mut out);
+    push(&mut session, 0x705, Ns(1_300_000_000), &[5], &mut out);
+    push(&mut session, 0x080, Ns(1_300_000_000), &[], &mut out);
     session.finish(&mut out);
     let text = String::from_utf8(out).unwrap();
     assert_eq!(text.matches("\"code\":\"EXP009\"").count(), 1, "{text}");

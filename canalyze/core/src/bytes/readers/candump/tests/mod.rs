@@ -46,7 +46,7 @@ fn read(text: &str) -> String {
 fn shown(frame: &Frame, buses: &Buses) -> String {
     let mut out = frame.line.map(|line| format!("{line}: ")).unwrap_or_default();
     if let Some(t) = frame.t_ns {
-        write!(out, "{t} ").unwrap();
+        write!(out, "{} ", t.as_ns()).unwrap();
     }
     if !buses.name(frame.bus).is_empty() {
         write!(out, "{} ", buses.name(frame.bus).escape_ascii()).unwrap();

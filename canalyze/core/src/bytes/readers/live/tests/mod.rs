@@ -8,6 +8,7 @@ mod stream;
 use super::kind;
 use super::messages::{CONTROL, FRAME};
 use crate::bytes::frame::{Frame, Kind};
+use crate::bytes::ns::Ns;
 use crate::bytes::writers::{CaptureFacts, packed::Packed};
 
 /// Makes one block.
@@ -23,8 +24,8 @@ pub(super) fn named(bus: u8, name: &str) -> Vec<u8> {
     block(kind::BUS, bus, 0, 0, name.as_bytes())
 }
 
-pub(super) fn until(now_ns: i64) -> Vec<u8> {
-    block(kind::UNTIL, 0, 0, now_ns, b"")
+pub(super) fn until(now_ns: Ns) -> Vec<u8> {
+    block(kind::UNTIL, 0, 0, now_ns.as_ns(), b"")
 }
 
 /// The kernel's data for one message.
@@ -55,7 +56,7 @@ impl Sent {
         bytes.extend_from_slice(&[frame.len, flags, 0, frame.length_form.raw_dlc]);
         bytes.extend_from_slice(&frame.data[..if fd { 64 } else { 8 }]);
         let flags = if frame.dir == Some(crate::bytes::frame::Direction::Tx) { 0x4 } else { 0 };
-        Self { frame: bytes, flags, kernel: frame.t_ns, hardware: None, overflow: None }
+        Self { frame: bytes, flags, kernel: frame.t_ns.map(Ns::as_ns), hardware: None, overflow: None }
     }
 }
 

@@ -8,6 +8,7 @@ use serde_json::Value;
 use super::*;
 use crate::bytes::frame::{BusId, Buses, CanId};
 use crate::bytes::masks::Masks;
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::{InputFormat as Input, Item, Reader, Settings};
 use crate::bytes::writers;
 use crate::session::{Knowledge, Options, Output, Rows, Session};
@@ -168,9 +169,9 @@ fn ticks_that_lag_find_nothing_further() {
         let mut now = frames[0].t_ns.unwrap();
         for frame in &frames {
             let block = received(frame.bus.0, 0, &[Sent::new(frame)]);
-            while now + 20 * MS < frame.t_ns.unwrap() {
-                now += 5 * MS.max((frame.t_ns.unwrap() - now) / 50);
-                let tick = until(now - 20 * MS);
+            while now + Ns(20 * MS) < frame.t_ns.unwrap() {
+                now += 5 * Ns(MS).max((frame.t_ns.unwrap() - now) / 50);
+                let tick = until(now - Ns(20 * MS));
                 ticked.extend_from_slice(&tick);
                 twice.extend([tick.clone(), tick].concat());
             }
@@ -200,16 +201,16 @@ fn nothing_is_found_across_a_gap() {
                 }
                 let end = frames.iter().filter_map(|frame| frame.t_ns).max().unwrap();
                 for tick in [MS, 100 * MS, 1_000 * MS, 10_000 * MS, 3_600_000 * MS] {
-                    session.feed(&until(end + tick), &mut out);
+                    session.feed(&until(end + Ns(tick)), &mut out);
                 }
                 // A bus that is back shows no more about the silence of others than one that is away.
                 let back = Frame {
-                    t_ns: Some(end + 3_600_001 * MS),
+                    t_ns: Some(end + Ns(3_600_001 * MS)),
                     bus: BusId(0),
                     ..Frame::classic(CanId::standard(0x7FF), &[])
                 };
                 session.feed(&received(0, 0, &[Sent::new(&back)]), &mut out);
-                session.feed(&until(end + 3_700_000 * MS), &mut out);
+                session.feed(&until(end + Ns(3_700_000 * MS)), &mut out);
                 // Waiting findings are released at the gap, with their own frames.
                 let told = String::from_utf8(out).unwrap();
                 let later = |line: &&str| {
@@ -226,7 +227,7 @@ fn nothing_is_found_across_a_gap() {
 
 fn heartbeat(node: u8, ms: i64) -> Vec<u8> {
     let frame = Frame::classic(CanId::standard(0x700 + u16::from(node)), &[5]);
-    received(0, 0, &[Sent::new(&Frame { t_ns: Some(START + ms * MS), ..frame })])
+    received(0, 0, &[Sent::new(&Frame { t_ns: Some(Ns(START + ms * MS)), ..frame })])
 }
 
 /// Makes twenty heartbeats every 100 ms, the last one at 1900 ms.
@@ -236,7 +237,7 @@ fn heartbeats(node: u8) -> Vec<u8> {
 
 /// Makes ticks every 20 ms, delayed by 20 ms.
 fn ticks(from_ms: i64, to_ms: i64) -> Vec<u8> {
-    (from_ms / 20..to_ms / 20).flat_map(|no| until(START + (no * 20 - 20) * MS)).collect()
+    (from_ms / 20..to_ms / 20).flat_map(|no| until(Ns(START + (no * 20 - 20) * MS))).collect()
 }
 
 #[test]
@@ -354,7 +355,7 @@ fn who_is_back_with_the_bus_is_not_lost() {
     // The silence is reported repeatedly, at any phase of the nodes' deadlines.
     for silent in (3_000..4_000).step_by(37) {
         let mut stream = [stream.clone(), ticks(1_980, silent)].concat();
-        stream.extend(pair(silent).flat_map(|(node, ms)| [heartbeat(node, ms), until(START + ms * MS)].concat()));
+        stream.extend(pair(silent).flat_map(|(node, ms)| [heartbeat(node, ms), until(Ns(START + ms * MS))].concat()));
         assert_eq!(verdicts(&run(english(Output::json(Rows::Frames)), &stream)), [""; 0], "{silent}");
     }
 }
@@ -398,7 +399,7 @@ fn dropped_frames_are_told_and_counted() {
     let stream =
         [named(0, "can0"), named(1, "can1"), block(kind::DROPPED, 1, 0, 3, b""), block(kind::DROPPED, 1, 1, 4, b"")];
     session.feed(&stream.concat(), &mut out);
-    session.feed(&until(START), &mut out);
+    session.feed(&until(Ns(START)), &mut out);
     let text = String::from_utf8(out).unwrap();
     assert!(text.contains("DROPCOUNT: dropped 4 CAN frames on 'can1' socket (total drops 7)"), "{text}");
     assert_eq!(
@@ -488,7 +489,7 @@ fn a_recording_is_readable_while_it_grows() {
     session.feed(&named(0, "can0"), &mut out);
     for no in 0..50 {
         session.feed(&heartbeat(5, no * 100), &mut out);
-        session.feed(&until(START + no * 100 * MS), &mut out);
+        session.feed(&until(Ns(START + no * 100 * MS)), &mut out);
         // The content on a disk at this time.
         let mut reader = Session::new(english(Output::json(Rows::Frames)));
         let mut text = Vec::new();

@@ -4,6 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::bytes::frame::{BusId, Buses, CanId, Direction, Stamp, StampForm};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::live::messages::Layout;
 use crate::bytes::readers::live::{HEAD, Live, held};
 use crate::bytes::readers::{Damage, FilePlace, Item, Marker, Unreadable};
@@ -26,8 +27,8 @@ fn frames(items: &[Item]) -> Vec<Frame> {
 /// Returns bus and time of frames, and short forms of other items.
 fn told(items: &[Item]) -> Vec<String> {
     let one = |item: &Item| match item {
-        Item::Frame(frame) => format!("{}:{}", frame.bus.0, frame.t_ns.unwrap_or(-1)),
-        Item::Until { now_ns } => format!("until {now_ns}"),
+        Item::Frame(frame) => format!("{}:{}", frame.bus.0, frame.t_ns.map_or(-1, Ns::as_ns)),
+        Item::Until { now_ns } => format!("until {}", now_ns.as_ns()),
         Item::Gap { bus, .. } => format!("gap {}", bus.0),
         Item::Marker(Marker::Dropped { bus, count, total, place: FilePlace::Live }) => {
             format!("dropped {} {count} {total}", bus.0)
@@ -39,7 +40,7 @@ fn told(items: &[Item]) -> Vec<String> {
 }
 
 fn at(t_ns: i64) -> Frame {
-    Frame { t_ns: Some(t_ns), ..Frame::classic(CanId::standard(0x181), &[1, 2, 3]) }
+    Frame { t_ns: Some(Ns(t_ns)), ..Frame::classic(CanId::standard(0x181), &[1, 2, 3]) }
 }
 
 fn one(bus: u8, t_ns: i64) -> Vec<u8> {
@@ -85,21 +86,21 @@ fn messages_of_both_widths() {
                 format!("{:?}", Frame { t_ns: Some(ns), stamp, dir, ..expected })
             };
             assert_eq!(found.overflow, Some(no as u32));
-            assert_eq!(format!("{:?}", found.frame().unwrap()), stamped(1_700_000_000_123_456_000, 6));
+            assert_eq!(format!("{:?}", found.frame().unwrap()), stamped(Ns(1_700_000_000_123_456_000), 6));
             // An item without an adapter stamp follows one with a stamp at the distance of their kernel stamps.
             let (ns, decimals) = match no {
                 3 | 4 => (5_000_000_007, 9),
                 5.. => (5_000_000_007 + no as i64 - 4, 9),
                 _ => (1_700_000_000_123_456_000, 6),
             };
-            assert_eq!(format!("{:?}", found.frame_by_hardware(&mut ahead).unwrap()), stamped(ns, decimals));
+            assert_eq!(format!("{:?}", found.frame_by_hardware(&mut ahead).unwrap()), stamped(Ns(ns), decimals));
         }
     }
 }
 
 #[test]
 fn every_kind_of_block() {
-    let frame = Frame { stamp: Some(Stamp { form: StampForm::Seconds, ns: 7, width: 1, decimals: 9 }), ..at(7) };
+    let frame = Frame { stamp: Some(Stamp { form: StampForm::Seconds, ns: Ns(7), width: 1, decimals: 9 }), ..at(7) };
     let mut names = Buses::default();
     names.intern(b"elsewhere");
     let stream = [
@@ -110,8 +111,8 @@ fn every_kind_of_block() {
         block(kind::DROPPED, 3, 0, 5, b""),
         block(kind::DROPPED, 3, 1, 2, b""),
         block(kind::GAP, 3, 0, 0, b""),
-        until(DAY + 5),
-        until(i64::MAX),
+        until(Ns(DAY + 5)),
+        until(Ns::MAX),
     ];
     let (items, buses) = read(&[&stream.concat()]);
     let expected = [
@@ -144,7 +145,7 @@ fn frames_that_cannot_be_are_unreadable() {
         [Unreadable::Data, Unreadable::Data, Unreadable::Length].map(|reason| (reason, FilePlace::Live))
     );
     let stamps: Vec<_> = frames(&items).iter().map(|frame| frame.t_ns).collect();
-    assert_eq!(stamps, [None, Some(DAY + 4_000)]);
+    assert_eq!(stamps, [None, Some(Ns(DAY + 4_000))]);
 }
 
 #[test]
@@ -187,10 +188,10 @@ fn several_buses_are_joined_by_time() {
         one(1, 2_000),
         block(kind::DROPPED, 1, 0, 1, b""),
         one(1, 6_000),
-        until(3_000),
+        until(Ns(3_000)),
         one(1, 5_000),
-        until(5_500),
-        until(9_000),
+        until(Ns(5_500)),
+        until(Ns(9_000)),
     ];
     // 4 came after 5 on its bus, and 5 after 6: they keep that order. Items without a stamp stay with the one before.
     let expected = [
@@ -209,15 +210,15 @@ fn several_buses_are_joined_by_time() {
     // Without a final tick the end releases the rest; a stopped time releases all, without a tick.
     let cut = stream[..7].concat();
     assert_eq!(told(&read(&[&cut]).0)[4..], ["0:5000", "0:4000", "1:6000"]);
-    let all = [cut, until(i64::MAX)].concat();
+    let all = [cut, until(Ns::MAX)].concat();
     assert_eq!(told(&read(&[&all]).0).len(), 7);
 }
 
 #[test]
 fn a_clock_that_is_set_back_holds_nothing_up() {
     let stream =
-        [named(0, "can0"), named(1, "can1"), until(DAY), one(0, DAY + 1_000_000), one(1, DAY + 500_000)].concat();
-    let back = [stream, until(DAY - 3_600_000_000_000), one(0, 7_000), one(1, 6_000), until(8_000)].concat();
+        [named(0, "can0"), named(1, "can1"), until(Ns(DAY)), one(0, DAY + 1_000_000), one(1, DAY + 500_000)].concat();
+    let back = [stream, until(Ns(DAY - 3_600_000_000_000)), one(0, 7_000), one(1, 6_000), until(Ns(8_000))].concat();
     let mut expected =
         [DAY + 500_000, DAY + 1_000_000].iter().zip([1, 0]).map(|(ns, bus)| format!("{bus}:{ns}")).collect::<Vec<_>>();
     expected.insert(0, format!("until {DAY}"));
@@ -245,7 +246,7 @@ fn what_is_no_block_ends_the_stream_once() {
     let good = [named(0, "can0"), one(0, 1_000)].concat();
     let mut short = received(0, 0, &[Sent::new(&at(1))]);
     short[8] = 2;
-    let mut further = until(1);
+    let mut further = until(Ns(1));
     further[3] = 1;
     let cut = records(0, &[at(1)], frame);
     for bad in [
@@ -282,8 +283,8 @@ fn blocks() -> impl Strategy<Value = Vec<u8>> {
         received(bus, 0, &[sent.clone(), sent])
     });
     let rest = prop_oneof![
-        (0..30_i64).prop_map(|us| until(us * 1_000)),
-        Just(until(i64::MAX)),
+        (0..30_i64).prop_map(|us| until(Ns(us * 1_000))),
+        Just(until(Ns::MAX)),
         (0..3_u8).prop_map(|bus| block(kind::GAP, bus, 0, 0, b"")),
         (0..3_u8, 0..5_i64).prop_map(|(bus, count)| block(kind::DROPPED, bus, 0, count, b"")),
     ];

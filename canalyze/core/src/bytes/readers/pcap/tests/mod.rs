@@ -7,6 +7,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::bytes::frame::{CanId, Direction, Frame, Kind};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::Marker;
 use crate::bytes::writers::pcapng::Pcapng;
 use crate::bytes::writers::{CaptureFacts, Loss};
@@ -65,7 +66,7 @@ fn shown(frame: &Frame, buses: &Buses) -> String {
     let mut out = String::new();
     assert_eq!((frame.line, frame.no, frame.t_ns), (None, 0, frame.stamp.map(|stamp| stamp.ns)));
     match frame.stamp {
-        Some(stamp) => write!(out, "{}/{} ", stamp.ns, stamp.decimals).unwrap(),
+        Some(stamp) => write!(out, "{}/{} ", stamp.ns.as_ns(), stamp.decimals).unwrap(),
         None => out.push_str("- "),
     }
     write!(out, "{} ", buses.name(frame.bus).escape_ascii()).unwrap();
@@ -498,7 +499,7 @@ fn frames() -> impl Strategy<Value = (Frame, usize, Option<u64>)> {
             let most = if matches!(kind, Kind::Fd { .. }) { 64 } else { 8 };
             let len = len.min(most);
             let id = if kind == Kind::Error { CanId::extended(id.raw()) } else { id };
-            let mut frame = Frame { kind, dir, t_ns: Some(t_ns), len: len as u8, ..Frame::classic(id, &[]) };
+            let mut frame = Frame { kind, dir, t_ns: Some(Ns(t_ns)), len: len as u8, ..Frame::classic(id, &[]) };
             if kind != Kind::Remote {
                 frame.data[..len].copy_from_slice(&bytes[..len]);
             }
@@ -594,10 +595,14 @@ fn what_pcapng_cannot_hold() {
     let frame = Frame { bus, ..Frame::classic(CanId::standard(1), &[]) };
     writer.frame(&mut out, setting, &frame);
     writer.frame(&mut out, setting, &frame);
-    writer.frame(&mut out, setting, &Frame { t_ns: Some(-1), ..frame });
-    writer.frame(&mut out, CaptureFacts { date_ns: Some(1_000_000_000), ..setting }, &Frame { t_ns: Some(1), ..frame });
+    writer.frame(&mut out, setting, &Frame { t_ns: Some(Ns(-1)), ..frame });
+    writer.frame(
+        &mut out,
+        CaptureFacts { date_ns: Some(Ns(1_000_000_000)), ..setting },
+        &Frame { t_ns: Some(Ns(1)), ..frame },
+    );
     writer.marker(&mut out, setting, &Marker::Error { bus, stamp: None, place: FilePlace::Line(1) });
-    writer.marker(&mut out, setting, &Marker::Start { date_ns: 5 });
+    writer.marker(&mut out, setting, &Marker::Start { date_ns: Ns(5) });
     writer.marker(&mut out, setting, &Marker::Dropped { bus, count: 4, total: 9, place: FilePlace::Line(1) });
     writer.finish(&mut out);
     let losses: Vec<_> = writer.losses.iter().collect();

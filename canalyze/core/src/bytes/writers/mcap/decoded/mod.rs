@@ -56,7 +56,7 @@ impl MessagePlace<'_, '_> {
     /// The same; `None` without a stamp.
     fn stamped(&self, at: FrameRef) -> Option<u64> {
         let t_ns = at.t_ns?;
-        Some(u64::try_from(t_ns.saturating_add(self.setting.date_ns.unwrap_or(0))).unwrap_or(0))
+        Some(u64::try_from((t_ns + self.setting.date_ns.unwrap_or_default()).as_ns()).unwrap_or(0))
     }
 
     /// Takes the message that has been put together.

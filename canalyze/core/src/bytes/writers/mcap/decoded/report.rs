@@ -133,7 +133,7 @@ pub(super) fn transfer(
             /// Of its first frame; 0 without stamps.
             start: Time(place.stamped(transfer.first).unwrap_or(0)),
             /// In seconds; NaN without stamps.
-            duration: transfer.duration_ns().map_or(f64::NAN, |ns| ns as f64 / 1e9),
+            duration: transfer.duration_ns().map_or(f64::NAN, |ns| ns.as_ns() as f64 / 1e9),
             /// upload, download
             direction: transfer.direction.name(),
             /// expedited, segmented, block

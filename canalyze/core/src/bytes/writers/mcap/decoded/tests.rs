@@ -5,6 +5,7 @@ use super::super::tests::{messages, texts};
 use super::super::{Loss, Mcap, McapSettings};
 use super::*;
 use crate::bytes::frame::{Buses, CanId};
+use crate::bytes::ns::Ns;
 use crate::wire::pdo::mapping::Mapping;
 use crate::world::configuration::Provenance;
 use crate::world::event::{ProcessData, Signals};
@@ -23,7 +24,7 @@ fn written(pdos: &[(&Arc<Mapping>, &[u8])]) -> (Vec<u8>, Vec<(Loss, u64)>) {
     let mut writer = Mcap::new(McapSettings { decoded: Some(Lang::En), ..McapSettings::default() });
     let mut out = Vec::new();
     for (no, (mapping, payload)) in (1..).zip(pdos) {
-        let frame = Frame { no, t_ns: Some(no as i64), ..Frame::classic(CanId::standard(0x185), payload) };
+        let frame = Frame { no, t_ns: Some(Ns(no as i64)), ..Frame::classic(CanId::standard(0x185), payload) };
         writer.events(&mut out, setting, Some(&frame), &[pdo(mapping, &frame)]);
     }
     writer.finish(&mut out, setting);
