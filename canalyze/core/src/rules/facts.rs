@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-
 use super::{Code, Quantity, Said};
 
 /// A text in both languages.

@@ -1,7 +1,6 @@
 //! Single faults and their nearest clean neighbours: one verdict each, at the frame at fault, and a correct transfer
 //! after it; and clean traffic that looks like a fault.
 
-
 use super::*;
 
 /// An exchange of known value that ends every capture here.
