@@ -1,0 +1,203 @@
+//! The core for a web page, beside the binding for Python: numbers and bytes in, bytes out.
+//!
+//! A page writes bytes into the buffer that [`input`] returns, calls a function, and reads as many bytes as it returned
+//! from [`output`]. No pointer of JavaScript is read here: the only `unsafe` are the names of exported functions. There
+//! is one session and one thread. Options are JSON with the names of `canalyze/running/options.py` (see [`given`]),
+//! columns are described by [`layout`].
+
+pub mod given;
+pub mod layout;
+
+use std::cell::RefCell;
+
+use canalyze_core::bytes::readers::{InputFormat, sniff};
+use canalyze_core::session::Session;
+use canalyze_core::tables::columns::Batch;
+use serde_json::json;
+
+use self::given::{GivenFile, GivenOptions, choose};
+
+#[derive(Default)]
+struct State {
+    input: Vec<u8>,
+    output: Vec<u8>,
+    session: Option<Session>,
+    /// The batches that were described last, whose columns the page reads in place.
+    batches: Vec<Batch>,
+}
+
+thread_local! {
+    static STATE: RefCell<State> = RefCell::default();
+}
+
+fn with<T>(act: impl FnOnce(&mut State) -> T) -> T {
+    STATE.with(|state| act(&mut state.borrow_mut()))
+}
+
+/// Runs a call of the session, with the bytes of the input; returns the length of its output.
+fn step(act: impl FnOnce(&mut Session, &[u8], &mut Vec<u8>)) -> usize {
+    with(|state| {
+        let State { input, output, session, .. } = state;
+        output.clear();
+        if let Some(session) = session {
+            act(session, input, output);
+        }
+        output.len()
+    })
+}
+
+/// Puts an error in words into the output; returns its length, 0 if there is none.
+fn report(output: &mut Vec<u8>, result: Result<(), String>) -> usize {
+    output.clear();
+    if let Err(error) = result {
+        output.extend_from_slice(error.as_bytes());
+    }
+    output.len()
+}
+
+/// Returns the address of a buffer of `len` bytes for the input of the next call.
+#[unsafe(no_mangle)]
+pub extern "C" fn input(len: usize) -> *mut u8 {
+    with(|state| {
+        state.input.resize(len, 0);
+        state.input.as_mut_ptr()
+    })
+}
+
+/// Returns the address of the output of the last call.
+#[unsafe(no_mangle)]
+pub extern "C" fn output() -> *const u8 {
+    with(|state| state.output.as_ptr())
+}
+
+/// Begins a session with the options in the input. Returns the length of an error; 0 without one.
+#[unsafe(no_mangle)]
+pub extern "C" fn open() -> usize {
+    with(|state| {
+        let State { input, output, session, batches } = state;
+        batches.clear();
+        *session = None;
+        let options = GivenOptions::read(input).and_then(GivenOptions::options);
+        report(output, options.map(|options| *session = Some(Session::new(options))))
+    })
+}
+
+/// Drops the session and all memory that can be returned.
+#[unsafe(no_mangle)]
+pub extern "C" fn close() {
+    with(|state| *state = State::default());
+}
+
+/// Returns the length of the name of the format that the input begins with; 0 while more is needed to know.
+#[unsafe(no_mangle)]
+pub extern "C" fn sniffed(complete: bool) -> usize {
+    with(|state| {
+        state.output.clear();
+        state.output.extend_from_slice(sniff::sniff(&state.input, complete).unwrap_or_default().as_bytes());
+        state.output.len()
+    })
+}
+
+/// Begins the file that the input describes. Returns the length of an error; 0 without one.
+#[unsafe(no_mangle)]
+pub extern "C" fn begin(place: usize) -> usize {
+    with(|state| {
+        let State { input, output, session, .. } = state;
+        let file = GivenFile::read(input).and_then(|file| {
+            let format = choose("format", &file.format, InputFormat::NAMES)?;
+            if let Some(session) = session {
+                session.begin_one(place, file.name.as_bytes(), format, file.regular);
+            }
+            Ok(())
+        });
+        report(output, file)
+    })
+}
+
+/// Feeds the input to a file.
+#[unsafe(no_mangle)]
+pub extern "C" fn feed(place: usize) -> usize {
+    step(|session, input, output| session.feed_one(place, input, output))
+}
+
+/// Ends a file.
+#[unsafe(no_mangle)]
+pub extern "C" fn end(place: usize, interrupted: bool) -> usize {
+    step(|session, _, output| session.end_one(place, interrupted, output))
+}
+
+/// Ends the capture.
+#[unsafe(no_mangle)]
+pub extern "C" fn finish() -> usize {
+    step(|session, _, output| session.finish(output))
+}
+
+/// Returns true if as many frames were shown as the options allow.
+#[unsafe(no_mangle)]
+pub extern "C" fn done() -> bool {
+    with(|state| state.session.as_ref().is_some_and(Session::is_done))
+}
+
+/// Returns the number of the file that has to be fed next; -1 if there is none.
+#[unsafe(no_mangle)]
+pub extern "C" fn wants() -> i32 {
+    let wanted = with(|state| state.session.as_ref().and_then(Session::wants));
+    wanted.and_then(|place| i32::try_from(place).ok()).unwrap_or(-1)
+}
+
+/// Returns the number of frames so far. It is exact up to 2^53.
+#[unsafe(no_mangle)]
+pub extern "C" fn frames() -> f64 {
+    with(|state| state.session.as_mut().map_or(0.0, |session| session.frames().0 as f64))
+}
+
+/// Returns the complaints since the last call, as a JSON list.
+#[unsafe(no_mangle)]
+pub extern "C" fn complaints() -> usize {
+    step(|session, _, output| output.extend_from_slice(json!(session.take_complaints()).to_string().as_bytes()))
+}
+
+/// Returns the counts so far, as a JSON object.
+#[unsafe(no_mangle)]
+pub extern "C" fn tally() -> usize {
+    step(|session, _, output| *output = session.tally())
+}
+
+/// Returns the counts of each node so far, as a JSON list.
+#[unsafe(no_mangle)]
+pub extern "C" fn nodes() -> usize {
+    step(|session, _, output| *output = session.nodes())
+}
+
+/// Returns the present state in the format `monitor`, as a JSON object.
+#[unsafe(no_mangle)]
+pub extern "C" fn snapshot() -> usize {
+    step(|session, _, output| *output = session.snapshot())
+}
+
+/// Returns what the file holds beyond its frames, as a JSON object.
+#[unsafe(no_mangle)]
+pub extern "C" fn contents() -> usize {
+    step(|session, _, output| *output = session.contents())
+}
+
+/// Returns the nature of the buses by its name.
+#[unsafe(no_mangle)]
+pub extern "C" fn nature() -> usize {
+    step(|session, _, output| output.extend_from_slice(session.nature().name().as_bytes()))
+}
+
+/// Takes batches of the tables and returns their layout in JSON. Its addresses are valid until the next call of this
+/// function or of [`open`].
+#[unsafe(no_mangle)]
+pub extern "C" fn batches(flush: bool) -> usize {
+    with(|state| {
+        let State { output, session, batches, .. } = state;
+        output.clear();
+        *batches = session.as_mut().map(|session| session.take_batches(flush)).unwrap_or_default();
+        if !batches.is_empty() {
+            output.extend_from_slice(layout::of(batches).to_string().as_bytes());
+        }
+        output.len()
+    })
+}

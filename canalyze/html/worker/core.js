@@ -1,0 +1,120 @@
+// The core in WebAssembly: the only file that knows its memory. canalyze/core/web/src/lib.rs has the other side.
+
+/**
+ * @typedef {[number, number]} Place Address and length in bytes.
+ * @typedef {{name: string, type: string, rows: number, offset: number, nulls: [number, number, number] | null,
+ *   buffers: Place[], words: string[] | null, values: Layout | null}} Layout
+ * @typedef {{table: string, rows: number, columns: Layout[]}} Batch
+ */
+
+/** An error in the words of the core, for people. */
+class Refused extends Error {}
+
+class Core {
+  /** @param {any} exports */
+  constructor(exports) {
+    this.exports = exports;
+    this.decoder = new TextDecoder();
+    this.encoder = new TextEncoder();
+  }
+
+  /** @param {Uint8Array<ArrayBuffer>} bytes */
+  static async of(bytes) {
+    const { instance } = await WebAssembly.instantiate(bytes, {});
+    return new Core(instance.exports);
+  }
+
+  /** @param {Uint8Array} bytes */
+  put(bytes) {
+    const address = this.exports.input(bytes.length);
+    new Uint8Array(this.exports.memory.buffer, address, bytes.length).set(bytes);
+  }
+
+  /** @param {unknown} value */
+  putJson(value) {
+    this.put(this.encoder.encode(JSON.stringify(value)));
+  }
+
+  /** @param {number} length @returns {Uint8Array<ArrayBuffer>} A copy of the last output. */
+  taken(length) {
+    return new Uint8Array(this.exports.memory.buffer, this.exports.output(), length).slice();
+  }
+
+  /** @param {number} length */
+  text(length) {
+    return this.decoder.decode(this.taken(length));
+  }
+
+  /** @param {number} length Of an error; 0 without one. */
+  accept(length) {
+    if (length) throw new Refused(this.text(length));
+  }
+
+  /** Begins a session. @param {object} options By the names of canalyze/running/options.py. */
+  open(options) {
+    this.putJson(options);
+    this.accept(this.exports.open());
+  }
+
+  /** @param {Uint8Array} head @param {boolean} complete */
+  sniff(head, complete) {
+    this.put(head);
+    return this.text(this.exports.sniffed(complete));
+  }
+
+  /** @param {string} name @param {string} format */
+  begin(name, format) {
+    this.putJson({ name, format, regular: true });
+    this.accept(this.exports.begin(0));
+  }
+
+  /** @param {Uint8Array} bytes */
+  feed(bytes) {
+    this.put(bytes);
+    return this.taken(this.exports.feed(0));
+  }
+
+  /** @param {boolean} interrupted */
+  end(interrupted) {
+    return this.taken(this.exports.end(0, interrupted));
+  }
+
+  finish() {
+    return this.taken(this.exports.finish());
+  }
+
+  get done() {
+    return Boolean(this.exports.done());
+  }
+
+  /** @returns {number} */
+  get frames() {
+    return this.exports.frames();
+  }
+
+  /** @returns {string[]} */
+  complaints() {
+    return JSON.parse(this.text(this.exports.complaints()) || "[]");
+  }
+
+  /** @param {string} call One of tally, nodes, snapshot, contents: their JSON. */
+  json(call) {
+    return JSON.parse(this.text(this.exports[call]()) || "null");
+  }
+
+  nature() {
+    return this.text(this.exports.nature());
+  }
+
+  /** Takes batches; their columns can be read until the next call. @param {boolean} flush @returns {Batch[]} */
+  batches(flush) {
+    const length = this.exports.batches(flush);
+    return length ? JSON.parse(this.text(length)) : [];
+  }
+
+  /** @param {Batch} batch @returns {Record<string, Column>} */
+  columns(batch) {
+    const buffer = this.exports.memory.buffer;
+    return Object.fromEntries(batch.columns.map((one) => [one.name, new Column(buffer, one)]));
+  }
+}

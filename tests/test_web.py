@@ -1,0 +1,205 @@
+"""The core in WebAssembly says, byte for byte, what the installed one says.
+
+Runs under node where `.ci/web` has built it. Every sample and damaged copies of them, in every form of a session, as
+tables, in both languages; samples below a folder in one
+of both, unless `CANALYZE_TESTS` is `thorough`. What it must not do: test
+the page.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import random
+import shutil
+import struct
+import subprocess
+from itertools import cycle
+from pathlib import Path
+from typing import Any
+
+import pytest
+from captures import SAMPLES, TESTS
+
+from canalyze import _core
+from canalyze.running.options import SessionOptions
+
+FOLDER = TESTS.parent / "canalyze" / "html"
+WASM = FOLDER / "core.wasm"
+NODE = shutil.which("node")
+FORMS = (
+    "text", "jsonl", "events", "transfers", "transfers-text", "transfers-csv", "signals", "signals-csv", "objects",
+    "objects-text", "objects-csv", "pdos", "history", "history-text", "history-csv", "summary", "observed", "records",
+    "lines", "convert", "info", "check", "diagnosis", "monitor",
+)  # fmt: skip
+THOROUGH = os.environ.get("CANALYZE_TESTS") == "thorough"
+Case = dict[str, Any]
+
+WEB = os.environ.get("CANALYZE_WEB", "")
+"""later: these tests have a run of their own; required: nothing that they need may be missing."""
+
+pytestmark = [
+    pytest.mark.skipif(WEB == "later", reason="tested when the core is built for the web"),
+    pytest.mark.skipif(WEB != "required" and NODE is None, reason="no node here"),
+    pytest.mark.skipif(WEB != "required" and not WASM.exists(), reason="the core is not built for the web: .ci/web"),
+]
+
+
+def captures() -> list[Path]:
+    """Every capture among the samples that the core reads by itself."""
+    found = []
+    for path in sorted(SAMPLES.rglob("*")):
+        if path.suffix in {".log", ".candump", ".asc", ".mcap", ".blf", ".trc", ".pcapng", ".pcap"}:
+            found.append(path)
+    return found
+
+
+def damaged(folder: Path, count: int) -> list[Path]:
+    """Copies of samples with bytes that are missing or flipped, the same in every run."""
+    chance = random.Random(38)
+    found = []
+    for number, path in enumerate(chance.sample([one for one in captures() if one.stat().st_size < 200_000], count)):
+        data = bytearray(path.read_bytes())
+        for _ in range(chance.choice((1, 3, 20))):
+            at = chance.randrange(len(data))
+            if chance.random() < 0.2:
+                del data[at : at + chance.randrange(1, 40)]
+            else:
+                data[at] ^= 1 << chance.randrange(8)
+        copy = folder / f"{number}-{path.name}"
+        copy.write_bytes(data)
+        found.append(copy)
+    return found
+
+
+def case(path: Path, **options: Any) -> Case:
+    """One session over one file."""
+    with path.open("rb") as file:
+        form = _core.sniff(file.read(65536), True) or "candump"
+    form = form if form in _core.FORMATS else "candump"
+    return {"file": str(path), "name": path.name, "format": form, "options": options, "pieces": 3}
+
+
+def cases_of(path: Path, lang: str) -> list[Case]:
+    """Every form of a session over one file; tables beside one of them."""
+    found = [case(path, lang=lang, format=form) for form in FORMS]
+    found += [case(path, lang=lang, format="text", depth=depth, numbered=True) for depth in ("brief", "explain")]
+    found += [case(path, lang=lang, format="convert", to=to) for to in _core.WRITERS]
+    found += [case(path, lang=lang, format="jsonl", incidents=True, filter="severity=warning,error")]
+    found += [case(path, lang=lang, format="columns", tables=list(_core.TABLES))]
+    return found
+
+
+def plain(value: Any, floats: bool) -> Any:
+    """A value of a table as JSON has it."""
+    if isinstance(value, bool) or value is None or isinstance(value, str):
+        return value
+    if isinstance(value, bytes):
+        return value.hex()
+    if isinstance(value, list):
+        return [plain(one, floats) for one in value]
+    return struct.pack(">d", value).hex() if floats else str(value)
+
+
+def compact(value: Any) -> bytes:
+    """JSON as JavaScript writes it."""
+    return json.dumps(value, ensure_ascii=False, separators=(",", ":")).encode()
+
+
+def answer(one: Case) -> str:
+    """The digest of all that the installed core gives for a case."""
+    options: Case = one["options"]
+    session = _core.Session(SessionOptions(**options))
+    digest = hashlib.sha256()
+    session.begin(one["name"], True, one["format"])
+    data = Path(one["file"]).read_bytes()
+    length = max(1, -(-len(data) // one["pieces"]))
+    for at in range(0, len(data), length):
+        digest.update(session.feed(data[at : at + length]))
+    digest.update(session.end())
+    digest.update(session.finish())
+    for table, batch in session.batches(flush=True):
+        columns = []
+        for name in batch.column_names:
+            values = batch.column(name)
+            floats = any(isinstance(value, float) for value in values)
+            columns.append([name, [plain(value, floats) for value in values]])
+        digest.update(compact([table, batch.num_rows, columns]))
+    digest.update(compact([session.complaints(), session.nature, session.frames]))
+    for said in (session.tally(), session.nodes(), session.contents(), session.snapshot()):
+        digest.update(said.encode())
+    return digest.hexdigest()
+
+
+def in_node(cases: list[Case], folder: Path) -> subprocess.Popen[str]:
+    """Start the sessions of the core in WebAssembly."""
+    assert NODE is not None
+    (folder / "cases.json").write_text(json.dumps(cases))
+    sources = [str(FOLDER / "worker" / name) for name in ("core.js", "columns.js")]
+    line = [NODE, str(TESTS / "web" / "answers.js"), str(WASM), str(folder / "cases.json"), *sources]
+    return subprocess.Popen(line, stdout=subprocess.PIPE, text=True)
+
+
+def differing(cases: list[Case], folder: Path, ours: list[Case] | None = None) -> list[Case]:
+    """The cases whose answers differ; ours: what the installed core is given instead."""
+    with in_node(cases, folder) as process:
+        here = [answer(one) for one in ours or cases]
+        said = process.communicate()[0].splitlines()
+    assert process.returncode == 0 and len(said) == len(cases), "the core in WebAssembly has trapped"
+    return [one for one, theirs, mine in zip(cases, said, here, strict=True) if theirs != mine]
+
+
+PARTS = 8
+
+
+@pytest.mark.parametrize("part", range(PARTS))
+def test_every_sample_is_answered_alike(part: int, tmp_path: Path) -> None:
+    found: list[Case] = []
+    for path, lang in list(zip(captures(), cycle(("zh", "en")), strict=False))[part::PARTS]:
+        for one in ("zh", "en") if THOROUGH or path.parent == SAMPLES else (lang,):
+            found += cases_of(path, one)
+    assert len(found) > 100
+    assert differing(found, tmp_path) == []
+
+
+def test_damaged_files_are_answered_alike(tmp_path: Path) -> None:
+    found: list[Case] = []
+    for path, lang in zip(damaged(tmp_path, 120 if THOROUGH else 30), cycle(("zh", "en")), strict=False):
+        found += cases_of(path, lang)
+    assert differing(found, tmp_path) == []
+
+
+@pytest.mark.parametrize("tables", [[], ["transfers"]])
+def test_another_answer_is_seen(tables: list[str], tmp_path: Path) -> None:
+    """The comparison itself: sessions whose words or values differ in one place."""
+    path, other = tmp_path / "a.log", tmp_path / "b.log"
+    path.write_bytes((SAMPLES / "sdo-abort.log").read_bytes())
+    other.write_bytes(path.read_bytes().replace(b"60A#", b"60B#", 1))
+    assert path.read_bytes() != other.read_bytes()
+    form = "columns" if tables else "transfers"
+    cases = [case(path, lang="en", format=form, tables=tables)]
+    ours = [{**one, "file": str(other)} for one in cases]
+    assert differing(cases, tmp_path) == []
+    assert differing(cases, tmp_path, ours) == cases
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"filter": "nonsense=1"}, "nonsense"),
+        ({"format": "nonsense"}, "diagnosis"),
+        ({"nonsense": 1}, "unknown field"),
+        ({"tables": ["nonsense"]}, "transfers"),
+        ({"masks": ["can0,zzz"]}, "zzz"),
+    ],
+)
+def test_wrong_options_are_refused_in_words(options: dict[str, Any], said: str, tmp_path: Path) -> None:
+    wrong = {**case(SAMPLES / "sdo-abort.log", lang="en"), "options": {"lang": "en", **options}}
+    with in_node([wrong], tmp_path) as process:
+        answered = process.communicate()[0]
+    assert answered.startswith("Refused: ") and said in answered
+    if "filter" in options or "masks" in options:
+        with pytest.raises(ValueError) as raised:
+            _core.Session(SessionOptions(lang="en", **options))
+        assert answered == f"Refused: {raised.value}\n"
