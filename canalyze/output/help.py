@@ -104,18 +104,18 @@ def page(
 
     name = command.name or ""
     columns = max(40, min(shutil.get_terminal_size().columns, 100))
-    lines = [words("page.usage") + f"{ctx.command_path} {words(f'{name}.usage')}", ""]
+    lines = [words("heading.usage") + f"{ctx.command_path} {words(f'{name}.usage')}", ""]
     for paragraph in words(f"{name}.help").splitlines():
         lines += [" " * _MARGIN + line for line in wrap(paragraph, columns - _MARGIN)]
     sections = [
-        (words(f"page.{topic}"), [(other, words(f"{other}.short")) for other in names])
+        (words(f"heading.{topic}"), [(other, words(f"{other}.short")) for other in names])
         for topic, names in (topics or {}).items()
     ]
     left = max((width(name) for _, rows in sections for name, _ in rows), default=0)
     for heading, rows in sections:
         lines += ["", heading, *definitions(rows, left=left, columns=columns)]
     sections = [
-        (words(f"page.{topic}"), [_record(option, ctx) for option in options])
+        (words(f"heading.{topic}"), [_record(option, ctx) for option in options])
         for topic, options in _grouped(
             [one for one in command.params if isinstance(one, click.Option) and not one.hidden]
         ).items()
@@ -123,9 +123,9 @@ def page(
     left = min(max(width(name) for _, rows in sections for name, _ in rows), _TERM)
     for heading, rows in sections:
         lines += ["", heading, *definitions(rows, left=left, columns=columns)]
-    lines += ["", words("page.examples"), *_verbatim(words(f"{name}.examples"))]
+    lines += ["", words("heading.examples"), *_verbatim(words(f"{name}.examples"))]
     if isinstance(command, click.Group):
-        lines += ["", words("page.completion"), *_verbatim(words(f"{name}.completion"))]
+        lines += ["", words("heading.completion"), *_verbatim(words(f"{name}.completion"))]
     return "\n".join(lines)
 
 
