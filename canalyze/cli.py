@@ -27,7 +27,7 @@ from canalyze.output.help import located, page, usage_line
 from canalyze.words import Words
 
 TOPICS: Final = {
-    "look": ("diagnose", "decode", "summary", "sdo", "signals", "od", "view", "explain"),
+    "look": ("diagnose", "decode", "summary", "sdo", "signals", "od", "view", "page", "explain"),
     "live": ("sniff", "monitor"),
     "judge": ("check", "expect", "diff", "fleet", "rules"),
     "files": ("info", "convert", "export", "eds", "mcp", "examples", "help"),

@@ -59,7 +59,10 @@ PAGES = {"short", "usage", "help", "format", "examples", "completion"}
 SAID_BY_THE_CORE = {"bus_state", "check_nature", "damage", "example", "info", "merge", "mode", "severity", "status"}
 """Tables whose keys are made of what the core says."""
 PROGRAM = "".join(
-    path.read_text() for end in ("py", "html") for path in PACKAGE.rglob(f"*.{end}") if path.parent != PACKAGE / "words"
+    path.read_text()
+    for end in ("py", "html", "js")
+    for path in PACKAGE.rglob(f"*.{end}")
+    if path.parent != PACKAGE / "words"
 ) + "".join(path.read_text() for path in (PACKAGE / "core/src/settings").glob("*.rs") if path.stem != "tests")
 """What names the sentences; of the core, the room that says what is wrong with files."""
 

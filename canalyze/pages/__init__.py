@@ -15,7 +15,7 @@ TOPICS: Final[Mapping[str, tuple[str, ...]]] = {
     "pdo": ("signals", "eds"),
     "od": ("od",),
     "summary": ("summary",),
-    "diagnosis": ("diagnose", "examples"),
+    "diagnosis": ("diagnose", "page", "examples"),
     "standstill": (),
     "recording": (),
     "live": ("sniff",),

@@ -23,6 +23,16 @@ class Column {
     this.rows = layout.rows;
     this.words = layout.words ?? [];
     const { nulls, buffers, type } = layout;
+    /** @type {any} One typed array, by the type: numbers, bits, or the ends of texts and lists in what follows. */
+    this.numbers = null;
+    /** @type {any} */
+    this.bits = null;
+    /** @type {any} */
+    this.ends = null;
+    /** @type {any} */
+    this.bytes = null;
+    /** @type {any} */
+    this.items = null;
     this.valid = nulls && new Uint8Array(memory, nulls[0], nulls[1]);
     const [address, bytes] = buffers[0];
     if (type in NUMBERS) {
@@ -56,8 +66,7 @@ class Column {
     }
     const [from, to] = [this.ends[row], this.ends[row + 1]];
     if (this.items) {
-      const items = this.items;
-      return Array.from({ length: to - from }, (_, place) => items.value(from + place));
+      return Array.from({ length: to - from }, (_, place) => this.items.value(from + place));
     }
     const bytes = this.bytes.slice(from, to);
     return this.layout.type === "Utf8" ? new TextDecoder().decode(bytes) : bytes;

@@ -1,0 +1,114 @@
+"""The program as one HTML file: its parts put together, with the core in WebAssembly and, if wanted, captures inside.
+
+`page/` is what runs in the page, `worker/` what runs beside it and feeds the core, a file a part; nothing is loaded and
+nothing but these scripts may run: the policy of the page names their hashes. Must not: read a capture.
+"""
+
+import base64
+import gzip
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from canalyze.errors import OutputError
+from canalyze.words import LANGUAGES, sentences
+
+FOLDER: Final = Path(__file__).parent
+WASM: Final = FOLDER / "core.wasm"
+"""Built by `.ci/web`; not there in every installation."""
+PAGE: Final = ("say", "link", "list", "axis", "problems", "tables", "lanes", "plots", "main")
+WORKER: Final = ("core", "columns", "capture", "frames", "tables", "requests", "main")
+_TOPICS: Final = ("html", "problem")
+_DIAGNOSE: Final = (
+    "diagnose.because",
+    "diagnose.frames",
+    "diagnose.html_apart",
+    "diagnose.html_ok",
+    "diagnose.html_see",
+    "diagnose.no_stamps",
+    "diagnose.nodes",
+    "diagnose.none",
+    "diagnose.none_open",
+    "diagnose.seconds",
+    "diagnose.short_capture",
+    "diagnose.unjudged",
+    "diagnose_nature.foreign",
+    "diagnose_nature.silent",
+    "diagnose_nature.unproven",
+)
+"""What the page has in common with the report."""
+
+
+def page(lang: str, options: Mapping[str, Any], captures: Iterable[tuple[str, bytes]] = ()) -> bytes:
+    """Give the page. lang: shown first; options: of each session, by their names; captures: names and bytes.
+
+    OutputError where the core for it was not built.
+    """
+    try:
+        core = WASM.read_bytes()
+    except FileNotFoundError:
+        raise OutputError("page.not_built") from None
+    style = (FOLDER / "page" / "page.css").read_text(encoding="utf-8")
+    script = _scripts("page", PAGE)
+    parts = {
+        "policy": _policy(style, script),
+        "style": style,
+        "words": _json({one: _words(one) for one in LANGUAGES}),
+        "settings": _json({"lang": lang, "options": dict(options)}),
+        "captures": "".join(_capture(name, data) for name, data in captures),
+        "worker": _scripts("worker", WORKER),
+        "wasm": _packed(core),
+        "script": script,
+    }
+    pieces = (FOLDER / "page" / "page.html").read_text(encoding="utf-8").split("{{")
+    text = [pieces[0]]
+    for piece in pieces[1:]:
+        name, _, rest = piece.partition("}}")
+        text += [parts[name], rest]
+    return "".join(text).encode()
+
+
+def _scripts(folder: str, names: Iterable[str]) -> str:
+    """Put the files of a script together, as one that shares nothing with what is outside."""
+    files = [(FOLDER / folder / f"{name}.js").read_text(encoding="utf-8") for name in names]
+    text = "\n".join(('"use strict";', "{", *files, "}\n"))
+    assert "</script" not in text and "<!--" not in text
+    return text
+
+
+def _policy(style: str, script: str) -> str:
+    return "; ".join(
+        (
+            "default-src 'none'",
+            f"script-src {_hash(script)} 'wasm-unsafe-eval'",
+            "worker-src blob:",
+            f"style-src {_hash(style)}",
+            "base-uri 'none'",
+            "form-action 'none'",
+        )
+    )
+
+
+def _hash(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+
+
+def _words(lang: str) -> dict[str, str]:
+    found = {key: text for topic in _TOPICS for key, text in sentences(topic, lang).items()}
+    return found | {key: sentences("diagnose", lang)[key] for key in _DIAGNOSE}
+
+
+def _json(value: object) -> str:
+    """Give JSON that cannot end the element it stands in."""
+    return json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _capture(name: str, data: bytes) -> str:
+    said = _json(name).replace("&", "&amp;").replace('"', "&quot;")
+    return f'<script type="text/plain" class="capture" data-name="{said}">{_packed(data)}</script>\n'
+
+
+def _packed(data: bytes) -> str:
+    return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()

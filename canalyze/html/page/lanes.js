@@ -1,0 +1,126 @@
+// Problems and states of nodes over time, on the common axis.
+
+const LANE = 17;
+const LEFT = 130;
+const HEAD_ROW = 18;
+/** Colours of states by kind of lane and class, those of canalyze/timeline/colours.py. */
+const COLOURS = /** @type {Record<string, Record<string, string>>} */ ({
+  nmt: { initialising: "#3d85d6", "pre-operational": "#e0a526", operational: "#3fa34d", stopped: "#d6453d", lost: "#8e5bd0", unknown: "#8a8f98" },
+  drive: {
+    "not-ready-to-switch-on": "#5b6470", "switch-on-disabled": "#8a8f98", "ready-to-switch-on": "#e0a526",
+    "switched-on": "#3d85d6", "operation-enabled": "#3fa34d", "quick-stop-active": "#e8772e",
+    "fault-reaction-active": "#d6453d", fault: "#d6453d",
+  },
+  sdo: { ok: "#3d85d6", aborted: "#d6453d", failed: "#d6453d", incomplete: "#8a8f98" },
+  emcy: { active: "#d6453d" },
+  value: { 0: "#5b6470", 1: "#3fa34d" },
+  problems: { open: "#d6453d", unknown: "#e8772e", ended: "#e0a526", harmless: "#8a8f98" },
+});
+const PLAIN = ["#4f7cac", "#3e8e8e", "#8d6e63", "#7a6fa8", "#9c8a4a", "#5f7a8a", "#a0698a"];
+const MOST_ROWS_OF_LANES = 60;
+
+class LaneView {
+  /** @param {any} box @param {Axis} axis @param {{time: (t: number) => void, problem: (id: number) => void}} act */
+  constructor(box, axis, act) {
+    this.canvas = box.querySelector("canvas");
+    this.axis = axis;
+    this.act = act;
+    /** @type {{name: string, id: number, bars: {from: number, to: number, colour: string, text: string}[]}[]} */
+    this.rows = [];
+    axis.views.push(() => this.draw());
+    new ResizeObserver(() => axis.changed()).observe(box);
+    handle(this.canvas, axis, LEFT, (t, y) => this.click(t, y));
+  }
+
+  /** @param {Diagnosis} diagnosis @param {{name: string, words: (string | null)[][], t: Float64Array, state: Uint16Array}[]} lanes */
+  show(diagnosis, lanes) {
+    const { end } = this.axis;
+    const problems = diagnosis.listed.filter(({ one }) => one.status !== "harmless").slice(0, 20).map(({ one }) => {
+      const from = diagnosis.since(one.begin?.t ?? null);
+      const to = one.end ? diagnosis.since(one.end.t) : end;
+      const bars = from === null ? [] : [{ from, to: to ?? end, colour: COLOURS.problems[one.status], text: printable(one.message) }];
+      return { name: `${one.id}`, id: one.id, bars };
+    });
+    const states = lanes.slice(0, MOST_ROWS_OF_LANES).map(({ name, words, t, state }) => {
+      const kind = name.slice(0, name.indexOf("/"));
+      const looks = words.map(([said, of]) => ({
+        colour: said === null ? "" : COLOURS[kind]?.[of ?? ""] ?? plainColour(said),
+        text: printable(said ?? ""),
+      }));
+      const bars = [];
+      for (let at = 0; at < t.length; at += 1) {
+        const look = looks[state[at]];
+        if (look?.colour) bars.push({ from: t[at], to: at + 1 < t.length ? t[at + 1] : end, ...look });
+      }
+      return { name: laneName(name), id: 0, bars };
+    });
+    this.rows = [...problems, ...states];
+    this.axis.changed();
+  }
+
+  /** @param {number} t @param {number} y */
+  click(t, y) {
+    const row = this.rows[Math.floor((y - HEAD_ROW) / LANE)];
+    if (row?.id) this.act.problem(row.id);
+    else this.act.time(t);
+  }
+
+  draw() {
+    const { axis, rows } = this;
+    if (!this.canvas.clientWidth) return;
+    const { pen, width } = penOf(this.canvas, HEAD_ROW + rows.length * LANE + 2);
+    const room = Math.max(width - LEFT, 1);
+    const x = (/** @type {number} */ t) => LEFT + ((t - axis.from) / (axis.to - axis.from)) * room;
+    const [text, quiet, line] = [colour("--text"), colour("--quiet"), colour("--line")];
+    for (const { t, text: said } of axis.ticks(Math.max(Math.floor(room / 110), 2))) {
+      pen.fillStyle = line;
+      pen.fillRect(Math.round(x(t)), 0, 1, HEAD_ROW + rows.length * LANE);
+      pen.fillStyle = quiet;
+      pen.fillText(said, x(t) + 3, HEAD_ROW / 2);
+    }
+    rows.forEach(({ name, bars }, number) => {
+      const y = HEAD_ROW + number * LANE;
+      pen.fillStyle = text;
+      pen.fillText(name, 6, y + LANE / 2, LEFT - 10);
+      pen.save();
+      pen.beginPath();
+      pen.rect(LEFT, y, room, LANE);
+      pen.clip();
+      let drawn = -1;
+      for (const bar of bars) {
+        const [from, to] = [x(bar.from), x(bar.to)];
+        if (to < LEFT || from > width || (to - from < 1 && from < drawn + 1)) continue;
+        drawn = Math.max(to, from + 2);
+        pen.fillStyle = bar.colour;
+        pen.fillRect(from, y + 2, Math.max(to - from - 0.5, 2), LANE - 4);
+        const start = Math.max(from, LEFT) + 4;
+        if (Math.min(to, width) - start > 30) {
+          pen.save();
+          pen.beginPath();
+          pen.rect(start, y, Math.min(to, width) - start, LANE);
+          pen.clip();
+          pen.fillStyle = "#fff";
+          pen.fillText(bar.text, start, y + LANE / 2);
+          pen.restore();
+        }
+      }
+      pen.restore();
+    });
+    if (axis.cursor !== null) {
+      pen.fillStyle = colour("--link");
+      pen.fillRect(x(axis.cursor) - 0.75, 0, 1.5, HEAD_ROW + rows.length * LANE);
+    }
+  }
+}
+
+/** @param {string} name @returns {string} */
+function laneName(name) {
+  return printable(name.split("/").map((part) => part.replace(/^node(\d+)$/, (_, node) => say("html.node", { node }))).join(" "));
+}
+
+/** @param {string} state */
+function plainColour(state) {
+  let sum = 0;
+  for (const one of state) sum = (sum * 31 + (one.codePointAt(0) ?? 0)) % 9973;
+  return PLAIN[sum % PLAIN.length];
+}

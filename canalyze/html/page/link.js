@@ -1,0 +1,104 @@
+// The page's side of the worker: requests and answers, bytes of the file, a new worker after a trap.
+
+/** @typedef {{name: string, size: number, read: (at: number, length: number) => Promise<ArrayBuffer>}} Source */
+
+/** An error of a request; `kind` is the class of the worker's error. */
+class RequestError extends Error {
+  /** @param {string} kind @param {string} text */
+  constructor(kind, text) {
+    super(text);
+    this.kind = kind;
+  }
+}
+
+class Link {
+  /** @param {(share: number, count: number) => void} progress */
+  constructor(progress) {
+    this.progress = progress;
+    /** @type {Source | null} */
+    this.source = null;
+    /** @type {Map<number, {done: (answer: any) => void, failed: (error: Error) => void}>} */
+    this.pending = new Map();
+    this.number = 0;
+    this.start();
+  }
+
+  start() {
+    const script = new Blob([element("worker").textContent], { type: "text/javascript" });
+    const address = URL.createObjectURL(script);
+    this.worker = new Worker(address);
+    URL.revokeObjectURL(address);
+    this.worker.onmessage = ({ data }) => this.take(data);
+    this.worker.onerror = (event) => this.fail("trap", event.message);
+    const packed = Uint8Array.from(atob(element("wasm").textContent), (one) => one.charCodeAt(0));
+    this.worker.postMessage({ wasm: packed }, [packed.buffer]);
+  }
+
+  /** Ends the worker, with all that it does, and starts another one. */
+  restart() {
+    this.worker?.terminate();
+    this.fail("Superseded", "");
+    this.start();
+  }
+
+  /** @param {string} kind @param {string} text */
+  fail(kind, text) {
+    const pending = [...this.pending.values()];
+    this.pending.clear();
+    for (const { failed } of pending) failed(new RequestError(kind, text));
+  }
+
+  /** @param {any} data */
+  async take(data) {
+    if (data.read) {
+      const { worker } = this;
+      const bytes = new Uint8Array(await this.piece(data.read));
+      worker?.postMessage({ bytes }, [bytes.buffer]);
+    } else if (data.progress) {
+      this.progress(data.progress.share, data.progress.count);
+    } else if (data.failed) {
+      this.fail("trap", data.failed);
+    } else if (data.id) {
+      const waiting = this.pending.get(data.id);
+      this.pending.delete(data.id);
+      if (data.error) waiting?.failed(new RequestError(data.error.kind, data.error.text));
+      else waiting?.done(data.answer);
+    }
+  }
+
+  /** @param {{at: number, length: number}} wanted @returns {Promise<ArrayBuffer>} */
+  async piece({ at, length }) {
+    try {
+      return (await this.source?.read(at, length)) ?? new ArrayBuffer(0);
+    } catch (error) {
+      this.fail("NotReadable", String(error));
+      return new ArrayBuffer(0);
+    }
+  }
+
+  /** @param {string} kind @param {any} [given] @returns {Promise<any>} */
+  ask(kind, given = {}) {
+    this.number += 1;
+    const id = this.number;
+    const answer = new Promise((done, failed) => this.pending.set(id, { done, failed }));
+    this.worker?.postMessage({ id, ask: kind, with: given });
+    return answer;
+  }
+}
+
+/** @param {File} file @returns {Source} */
+function sourceOf(file) {
+  return { name: file.name, size: file.size, read: (at, length) => file.slice(at, at + length).arrayBuffer() };
+}
+
+/** Returns the captures inside the page, packed. @returns {Source[]} */
+function embeddedSources() {
+  return [...document.querySelectorAll("script.capture")].map((one) => {
+    const bytes = Uint8Array.from(atob(one.textContent ?? ""), (char) => char.charCodeAt(0));
+    return {
+      name: JSON.parse(one.getAttribute("data-name") ?? '""'),
+      size: bytes.length,
+      read: async (at, length) => bytes.slice(at, at + length).buffer,
+    };
+  });
+}

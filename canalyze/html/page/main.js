@@ -1,0 +1,449 @@
+// The page: what is opened, what is chosen, keys. Each part of it is in a file of its own.
+
+/** @type {{lang: string, options: Record<string, any>}} */
+const SETTINGS = embedded("settings");
+const PANELS = ["problems", "nodes", "transfers", "objects", "findings", "plots"];
+/** Forms that a capture can be saved in: their name, the end of the file's name, the options of the session. */
+const SAVED = /** @type {[string, string, object][]} */ ([
+  ["candump", ".log", { format: "convert", to: "candump" }],
+  ["asc", ".asc", { format: "convert", to: "asc" }],
+  ["pcapng", ".pcapng", { format: "convert", to: "pcapng" }],
+  ["mcap", ".mcap", { format: "convert", to: "mcap" }],
+  ["text", ".txt", { format: "text" }],
+  ["jsonl", ".jsonl", { format: "jsonl" }],
+  ["sdo", ".sdo.csv", { format: "transfers-csv" }],
+  ["objects", ".od.csv", { format: "objects-csv" }],
+  ["history", ".history.csv", { format: "history-csv" }],
+  ["signals", ".signals.csv", { format: "signals-csv" }],
+]);
+
+const page = {
+  /** @type {any} The answer of the worker for the capture that is open. */
+  opened: null,
+  /** @type {Source[]} */
+  sources: [],
+  panel: "problems",
+  expression: "",
+  /** @type {Set<string>} Panels that show what is open. */
+  filled: new Set(),
+};
+
+const link = new Link((share, count) => {
+  const box = element("progress");
+  box.hidden = false;
+  box.querySelector("progress").value = share;
+  box.querySelector("span").textContent = say("html.frames", { count });
+  if (!page.opened && count) {
+    element("main").hidden = false;
+    element("drop").hidden = true;
+    list.grow(count);
+  }
+});
+const ask = (/** @type {string} */ kind, /** @type {object} */ given) => link.ask(kind, given);
+const axis = new Axis();
+const list = new FrameList(element("frames"), ask, (frame) => goTo(frame));
+const lanes = new LaneView(element("lanes"), axis, { time: goToTime, problem: (id) => problems.choose(id) });
+const problems = new ProblemList(element("problems"), {
+  frame: (frame) => goTo(frame),
+  chosen: (one) => mark(one),
+  filter: (expression) => filter(expression),
+  plot: (one) => {
+    const [node] = [one.subject.node, ...(one.subject.nodes ?? [])].filter((/** @type {any} */ node) => node || node === 0);
+    show("plots");
+    fill("plots", () => plots.open([one.subject.bus, node].filter((part) => part || part === 0).join(" ")));
+  },
+});
+const plots = new PlotPanel(element("plots"), axis, ask, goToTime);
+
+/** Runs what may fail; an error is shown in words. @param {() => Promise<any>} act */
+async function attempt(act) {
+  try {
+    return await act();
+  } catch (error) {
+    await complain(error);
+    return undefined;
+  } finally {
+    element("progress").hidden = true;
+  }
+}
+
+/** @param {any} error */
+async function complain(error) {
+  if (!(error instanceof RequestError)) {
+    notice(String(error));
+    throw error;
+  }
+  if (error.kind === "Superseded") return;
+  if (error.kind === "Refused") notice(error.message);
+  else if (error.kind === "Unreadable") notice(say("html.unreadable", { format: error.message }));
+  else if (error.kind === "NotReadable") notice(say("html.not_read", { problem: error.message }));
+  else {
+    notice(say("html.trap", { problem: error.message }));
+    link.restart();
+    page.opened = null;
+  }
+}
+
+/** @param {string} text */
+function notice(text) {
+  element("notice").textContent = text;
+}
+
+/** @param {Source} source */
+async function open(source) {
+  link.restart();
+  link.source = source;
+  page.opened = null;
+  page.filled.clear();
+  notice("");
+  for (const id of ["verdict", "extent"]) element(id).textContent = "";
+  element("detail").replaceChildren();
+  for (const name of PANELS) element(name).replaceChildren();
+  plots.clear();
+  element("index").hidden = true;
+  list.reset(0);
+  element("name").textContent = printable(source.name);
+  document.title = `canalyze: ${printable(source.name)}`;
+  await attempt(async () => {
+    const opened = await ask("open", { name: source.name, size: source.size, options: { ...SETTINGS.options, lang: language.now } });
+    page.opened = opened;
+    showOpened();
+  });
+  document.body.dataset.state = page.opened ? "opened" : "failed";
+}
+
+function showOpened() {
+  const { opened } = page;
+  const diagnosis = new Diagnosis(opened.problems, opened.whole);
+  for (const id of ["main", "lanes"]) element(id).hidden = false;
+  element("drop").hidden = true;
+  element("verdict").textContent = diagnosis.verdict;
+  element("verdict").className = diagnosis.worst;
+  element("extent").textContent = [diagnosis.extent, opened.format].join(" · ");
+  const damaged = opened.damaged ? [say("html.damaged")] : [];
+  notice([...diagnosis.notices, ...damaged, ...opened.complaints.map(printable)].join("\n"));
+  list.begin = opened.begin;
+  list.reset(opened.count);
+  const { begin, end } = opened.whole;
+  axis.reset(0, begin === null || end === null ? 1 : Number(nanoseconds(end) - nanoseconds(begin)));
+  problems.show(diagnosis);
+  lanes.show(diagnosis, opened.lanes);
+  element("lanes").hidden = !lanes.rows.length;
+  element("save").disabled = false;
+  showTabs();
+  show("problems");
+  element("filter").querySelector("output").textContent = say("html.frames", { count: opened.count });
+}
+
+function showTabs() {
+  const counts = /** @type {Record<string, number | string>} */ ({
+    problems: page.opened?.problems.length ?? 0,
+    nodes: page.opened?.whole.nodes?.length ?? 0,
+    transfers: page.opened?.counts.transfers ?? 0,
+    findings: page.opened?.counts.findings ?? 0,
+  });
+  element("tabs").replaceChildren(
+    ...PANELS.map((name) => {
+      const count = name in counts ? ` ${counts[name]}` : "";
+      const tab = make("button", { type: "button", role: "tab", onclick: () => show(name) }, word("html_tab", name) + count);
+      tab.dataset.panel = name;
+      tab.setAttribute("aria-controls", name);
+      tab.setAttribute("aria-selected", String(name === page.panel));
+      return tab;
+    }),
+  );
+}
+
+/** @param {string} name */
+function show(name) {
+  page.panel = name;
+  for (const one of PANELS) element(one).hidden = one !== name;
+  for (const tab of element("tabs").children) tab.setAttribute("aria-selected", String(tab.dataset.panel === name));
+  if (page.opened) fill(name, FILLED[name]);
+}
+
+/** Fills a panel once. @param {string} name @param {(() => any) | undefined} act */
+function fill(name, act) {
+  if (!act || (page.filled.has(name) && name !== "plots")) return;
+  if (page.filled.has(name) && act === FILLED[name]) return;
+  page.filled.add(name);
+  attempt(async () => act());
+}
+
+const FILLED = /** @type {Record<string, () => any>} */ ({
+  nodes: () => {
+    const box = element("nodes");
+    const table = make("table");
+    for (const { bus, node, state_text: state, drives, error, problem } of page.opened.whole.nodes) {
+      const words = [state, ...(drives ?? []), error && `EMCY ${error}h`].filter(Boolean).map(printable).join(", ");
+      table.append(
+        make(
+          "tr",
+          {},
+          make("td", {}, printable(bus ?? "")),
+          make("td", {}, make("button", { type: "button", className: "frame", onclick: () => filter(`node=${node}`) }, String(node))),
+          make("td", {}, words),
+          make("td", {}, problem === null ? say("diagnose.html_ok") : make("button", {
+            type: "button",
+            className: "frame",
+            onclick: () => (show("problems"), problems.choose(problem)),
+          }, say("diagnose.html_see", { number: problem }))),
+        ),
+      );
+    }
+    box.replaceChildren(table);
+  },
+  transfers: () => new TablePanel(element("transfers"), "transfers", ask, { go: goTo, save: () => save("sdo") }),
+  findings: () => new TablePanel(element("findings"), "findings", ask, { go: goTo }),
+  objects: async () => {
+    element("objects").replaceChildren(make("p", {}, say("html.reading")));
+    await ask("table", { table: "od" });
+    new TablePanel(element("objects"), "od", ask, { go: goTo, save: () => save("objects") });
+  },
+  plots: () => plots.open(),
+});
+
+/** Marks the frames of a problem. @param {Problem} one */
+function mark(one) {
+  list.marked = new Set(framesOf(one));
+  list.draw();
+}
+
+/** Chooses a frame: the list, the axis and the explanation follow. @param {number} frame */
+async function goTo(frame) {
+  list.chosen = frame;
+  explain(frame);
+  list.reveal(await ask("place", { frame }));
+}
+
+/** @param {number} t */
+async function goToTime(t) {
+  goTo(await ask("frameAt", { t }));
+}
+
+/** Shows a frame in the detail: its line at once, its explanation when it comes. @param {number} frame */
+async function explain(frame) {
+  if (!page.opened || frame < 1 || frame > page.opened.count) return;
+  const row = await ask("row", { frame });
+  axis.point(row.t);
+  const actions = make("div", { className: "actions" });
+  const action = (/** @type {string} */ said, /** @type {() => void} */ act) =>
+    actions.append(make("button", { type: "button", onclick: act }, said));
+  actions.append(make("b", {}, `#${frame}`));
+  const transfer = await ask("transfer", { frame, bus: row.bus });
+  if (transfer) {
+    const { first_frame: first, last_frame: last, node, object, name, text, status, abort_text: reason } = transfer;
+    action(say("html.only_transfer"), () => filter(`service=sdo node=${node} frame=${first}-${last}`));
+    for (const one of [first, last]) if (one !== frame) actions.append(frameButton(one, goTo));
+    const said = [object, name, text, status, reason].filter((part) => part !== null && part !== "").map((part) => printable(String(part)));
+    actions.append(make("span", { className: "quiet" }, said.join(" ")));
+  }
+  if (row.node !== null) action(say("html.only_node", { node: row.node }), () => filter(`node=${row.node}`));
+  for (const one of page.opened.problems) {
+    if (!framesOf(one).includes(frame)) continue;
+    action(say("html.problem", { number: one.id }), () => (show("problems"), problems.choose(one.id)));
+  }
+  if (list.chosen !== frame) return;
+  const words = make("pre", {}, printable(row.line));
+  element("detail").replaceChildren(actions, words);
+  await attempt(async () => {
+    const text = await ask("explain", { frame });
+    if (list.chosen === frame) words.textContent = text.trimEnd().split("\n").map(printable).join("\n");
+  });
+}
+
+/** @param {string} expression */
+async function filter(expression) {
+  const box = element("filter");
+  const [input, output] = [box.querySelector("input"), box.querySelector("output")];
+  input.value = expression;
+  const number = /^#?(\d+)$/.exec(expression);
+  if (number && Number(number[1]) <= (page.opened?.count ?? 0) && expression.startsWith("#")) {
+    goTo(Number(number[1]));
+    return;
+  }
+  output.className = "";
+  output.textContent = say("html.reading");
+  try {
+    const count = await ask("filter", { expression });
+    page.expression = expression;
+    list.reset(count);
+    output.textContent = say("html.frames", { count });
+    remember(expression);
+    if (list.chosen) list.reveal(await ask("place", { frame: list.chosen }));
+  } catch (error) {
+    if (error instanceof RequestError && error.kind === "Refused") {
+      output.className = "wrong";
+      output.textContent = error.message;
+    } else await complain(error);
+  } finally {
+    element("progress").hidden = true;
+  }
+}
+
+/** @param {string} expression */
+function remember(expression) {
+  const history = element("history");
+  if (!expression || [...history.children].some((one) => one.value === expression)) return;
+  history.prepend(make("option", { value: expression }));
+  while (history.childElementCount > 20) history.lastElementChild.remove();
+}
+
+/** @param {string} name */
+function save(name) {
+  const [, end, options] = SAVED.find((one) => one[0] === name) ?? SAVED[0];
+  const expression = page.expression.includes("=") ? { filter: page.expression } : {};
+  attempt(async () => {
+    const bytes = await ask("save", { options: { ...options, ...expression } });
+    const address = URL.createObjectURL(new Blob([bytes], { type: "application/octet-stream" }));
+    make("a", { href: address, download: `${link.source?.name ?? "capture"}${end}` }).click();
+    setTimeout(() => URL.revokeObjectURL(address), 60000);
+  });
+}
+
+/** @param {Source[]} sources */
+async function openAll(sources) {
+  page.sources = sources;
+  if (sources.length === 1) await open(sources[0]);
+  else if (sources.length) await showIndex();
+}
+
+/** Diagnoses each of several captures and lists them, the worst first. */
+async function showIndex() {
+  const box = element("index");
+  for (const id of ["main", "lanes", "drop"]) element(id).hidden = true;
+  box.hidden = false;
+  box.replaceChildren();
+  for (const id of ["verdict", "extent", "name"]) element(id).textContent = "";
+  link.restart();
+  /** @type {{source: Source, diagnosis: Diagnosis | null, problem: string}[]} */
+  const found = [];
+  const rank = (/** @type {Diagnosis | null} */ one) => (one ? [...STATES.slice(0, 2), "unjudged", "ended"].indexOf(one.worst) : 9);
+  for (const source of page.sources) {
+    link.source = source;
+    const given = { name: source.name, size: source.size, options: { ...SETTINGS.options, lang: language.now } };
+    try {
+      const { problems: all, whole } = await ask("diagnose", given);
+      found.push({ source, diagnosis: new Diagnosis(all, whole), problem: "" });
+    } catch (error) {
+      const kind = error instanceof RequestError ? error.kind : "";
+      if (kind === "Superseded") return;
+      found.push({ source, diagnosis: null, problem: kind === "Unreadable" ? say("html.unreadable", { format: /** @type {any} */ (error).message }) : String(error) });
+      if (kind === "trap") link.restart();
+    }
+    found.sort((one, other) => rank(one.diagnosis) - rank(other.diagnosis));
+    box.replaceChildren(make("table", {}, ...found.map((one) => indexRow(one))));
+  }
+  element("progress").hidden = true;
+  document.body.dataset.state = "index";
+}
+
+/** @param {{source: Source, diagnosis: Diagnosis | null, problem: string}} one */
+function indexRow({ source, diagnosis, problem }) {
+  const first = diagnosis?.roots.find(({ status }) => status !== "harmless");
+  return make(
+    "tr",
+    { className: "pick" },
+    make("td", { className: diagnosis?.worst ?? "unjudged" }, diagnosis?.verdict ?? "-"),
+    make("td", {}, make("button", { type: "button", className: "frame", onclick: () => open(source) }, printable(source.name))),
+    make("td", {}, first ? printable(first.message) : printable(problem)),
+  );
+}
+
+/** @param {string} lang */
+async function speak(lang) {
+  language.now = lang;
+  sayAll();
+  const save = element("save");
+  const forms = SAVED.map(([name]) => make("option", { value: name }, word("html_save", name)));
+  save.replaceChildren(make("option", { value: "" }, say("html.save")), ...forms);
+  if (!element("index").hidden) await showIndex();
+  else if (link.source) {
+    const { chosen } = list;
+    await open(link.source);
+    if (page.expression) await filter(page.expression);
+    if (chosen && page.opened) await goTo(chosen);
+  }
+}
+
+/** @param {KeyboardEvent} event */
+function onKey(event) {
+  const target = /** @type {any} */ (event.target);
+  if (event.ctrlKey || event.altKey || event.metaKey) return;
+  if (target.matches?.("input, select, textarea")) {
+    if (event.key === "Escape") element("frames").focus();
+    return;
+  }
+  const step = /** @type {Record<string, number>} */ ({ j: 1, ArrowDown: 1, k: -1, ArrowUp: -1, PageDown: list.seen, PageUp: -list.seen, Home: -Infinity, End: Infinity });
+  if (event.key in step && (target === element("frames") || "jk".includes(event.key))) moveBy(step[event.key]);
+  else if (event.key === "n") problems.move(1);
+  else if (event.key === "p") problems.move(-1);
+  else if (event.key === "/") element("filter").querySelector("input").focus();
+  else if (event.key === "l") element("language").click();
+  else if (event.key === "t") element("time").click();
+  else if (event.key === "?") element("keys").click();
+  else return;
+  event.preventDefault();
+}
+
+/** @param {number} by */
+async function moveBy(by) {
+  if (list.length < 1) return;
+  const at = list.chosen ? await ask("place", { frame: list.chosen }) : -1;
+  const place = Math.min(Math.max(at + by, 0), list.length - 1);
+  const [row] = await ask("rows", { from: place, count: 1 });
+  if (row) goTo(row.frame);
+}
+
+function begin() {
+  element("file").addEventListener("change", (/** @type {any} */ event) => {
+    const sources = [...event.target.files].map(sourceOf);
+    event.target.value = ""; // the same file may be opened again
+    openAll(sources);
+  });
+  element("language").addEventListener("click", () => speak(language.now === "zh" ? "en" : "zh"));
+  element("keys").addEventListener("click", () => element("help").showModal());
+  element("cancel").addEventListener("click", () => {
+    link.restart();
+    element("progress").hidden = true;
+  });
+  element("time").textContent = "Δ t";
+  element("time").addEventListener("click", () => {
+    const forms = ["since", "date", "delta"];
+    list.time = forms[(forms.indexOf(list.time) + 1) % forms.length];
+    list.draw();
+  });
+  element("theme").addEventListener("click", () => {
+    const dark = document.documentElement.dataset.theme ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
+    document.documentElement.dataset.theme = dark === "dark" ? "light" : "dark";
+    axis.changed();
+  });
+  element("save").addEventListener("change", (/** @type {any} */ event) => {
+    if (event.target.value) save(event.target.value);
+    event.target.value = "";
+  });
+  element("filter").addEventListener("submit", (/** @type {Event} */ event) => {
+    event.preventDefault();
+    filter(element("filter").querySelector("input").value.trim());
+  });
+  document.addEventListener("keydown", onKey);
+  for (const kind of ["dragover", "drop", "dragleave"]) {
+    document.addEventListener(kind, (event) => {
+      event.preventDefault();
+      document.body.classList.toggle("dropping", kind === "dragover");
+    });
+  }
+  document.addEventListener("drop", (event) => {
+    const files = [...(event.dataTransfer?.files ?? [])];
+    if (files.length) openAll(files.map(sourceOf));
+  });
+  addEventListener("beforeprint", () => {
+    for (const one of document.querySelectorAll("details.problem")) /** @type {any} */ (one).open = true;
+  });
+  speak(SETTINGS.lang);
+  const inside = embeddedSources();
+  document.body.dataset.state = "ready";
+  if (inside.length) openAll(inside);
+}
+
+begin();

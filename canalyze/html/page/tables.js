@@ -1,0 +1,84 @@
+// Tables of the core beside the frames: searched and sorted by the worker, a click leads to the frame.
+
+/** Rows that are drawn at once. */
+const DRAWN = 100;
+
+class TablePanel {
+  /**
+   * @param {any} box @param {string} table @param {(kind: string, given: object) => Promise<any>} ask
+   * @param {{go: (frame: number) => void, save?: () => void}} act
+   */
+  constructor(box, table, ask, act) {
+    this.table = table;
+    this.ask = ask;
+    this.act = act;
+    /** @type {string | null} */
+    this.sorted = null;
+    this.down = false;
+    this.drawn = 0;
+    this.number = 0;
+    this.search = make("input", { type: "search", placeholder: say("html.search"), oninput: () => this.draw() });
+    this.count = make("span", { className: "quiet" });
+    this.head = make("tr");
+    this.body = make("tbody");
+    this.more = make("button", { type: "button", hidden: true, onclick: () => this.further() }, say("html.more"));
+    box.replaceChildren(
+      make("p", {}, this.search, " ", this.count, " ", act.save && make("button", { type: "button", onclick: act.save }, "CSV")),
+      make("table", {}, make("thead", {}, this.head), this.body),
+      this.more,
+    );
+    this.draw();
+  }
+
+  /** @param {string} name */
+  sort(name) {
+    this.down = this.sorted === name && !this.down;
+    this.sorted = name;
+    this.draw();
+  }
+
+  /** @param {number} from */
+  async rows(from) {
+    this.number += 1;
+    const { number, table, sorted: sort, down } = this;
+    const search = this.search.value.trim();
+    const found = await this.ask("listed", { table, search, sort, down, from, count: DRAWN });
+    return number === this.number ? found : null; // an answer to an earlier question
+  }
+
+  async draw() {
+    const found = await this.rows(0);
+    if (!found) return;
+    this.head.replaceChildren(
+      ...found.columns.map((/** @type {string} */ name) => make("th", { onclick: () => this.sort(name) }, word("html_column", name))),
+    );
+    this.body.replaceChildren();
+    this.drawn = 0;
+    this.append(found);
+  }
+
+  async further() {
+    const found = await this.rows(this.drawn);
+    if (found) this.append(found);
+  }
+
+  /** @param {any} found */
+  append({ rows, shown, count }) {
+    this.count.textContent = say("html.rows", { shown, count });
+    this.body.append(...rows.map((/** @type {any} */ row) => this.line(row)));
+    this.drawn += rows.length;
+    this.more.hidden = this.drawn >= shown;
+  }
+
+  /** @param {{cells: string[], frame: number | null, severity: string}} row */
+  line({ cells, frame, severity }) {
+    const line = make("tr", {}, ...cells.map((cell) => make("td", {}, printable(cell))));
+    if (severity) line.classList.add(severity);
+    if (frame === null) return line;
+    line.classList.add("pick");
+    line.tabIndex = 0;
+    line.addEventListener("click", () => this.act.go(frame));
+    line.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => event.key === "Enter" && this.act.go(frame));
+    return line;
+  }
+}

@@ -1,0 +1,159 @@
+// A capture file: its pieces, unpacked, and passes of the core over them.
+
+/** Bytes that are read at once. */
+const PIECE = 1 << 20;
+/** Bytes within which the format shows. */
+const HEAD = 1 << 16;
+/** The formats that the core reads; those of python-can and other compressions are the command line's. */
+const FORMATS = ["candump", "asc", "blf", "mcap", "pcap", "pcapng", "rows", "trc"];
+
+/** A later request has made this one needless. */
+class Superseded extends Error {}
+
+/** The file is of a format that the page cannot read. */
+class Unreadable extends Error {}
+
+/**
+ * @typedef {AsyncGenerator<Uint8Array<ArrayBuffer>>} Pieces
+ * @typedef {(table: string, rows: number, columns: Record<string, Column>) => void} Take
+ * @typedef {{take?: Take, write?: (bytes: Uint8Array<ArrayBuffer>) => void, progress?: (share: number) => void,
+ *   wanted?: () => boolean}} Sinks
+ */
+
+class Capture {
+  /**
+   * @param {Core} core @param {string} name @param {number} size
+   * @param {(at: number, length: number) => Promise<Uint8Array<ArrayBuffer>>} read
+   */
+  constructor(core, name, size, read) {
+    this.core = core;
+    this.name = name;
+    this.size = size;
+    this.read = read;
+    this.format = "";
+    /** @type {((pieces: Pieces) => Pieces)[]} Compression and encoding around the capture, from outside. */
+    this.layers = [];
+    /** Bytes of the file that have been read. */
+    this.at = 0;
+    /** True if what is packed is damaged. */
+    this.damaged = false;
+  }
+
+  /** Finds out the format, as canalyze/sources/format.py does. */
+  async look() {
+    for (;;) {
+      const { form, head } = await this.sniffed();
+      if (form === "gzip" && !this.layers.length) {
+        this.layers.push((pieces) => this.unpacked(pieces));
+      } else if ((form.startsWith("utf-16") || form === "gbk") && this.layers.length < 2) {
+        const encoding = form !== "utf-16" ? form : head[0] === 0xff ? "utf-16le" : "utf-16be";
+        this.layers.push((pieces) => transcoded(pieces, encoding));
+      } else if (FORMATS.includes(form)) {
+        this.format = form;
+        return;
+      } else {
+        throw new Unreadable(form);
+      }
+    }
+  }
+
+  async sniffed() {
+    let head = new Uint8Array(0);
+    for await (const piece of this.pieces()) {
+      head = joined([head, piece]);
+      const form = this.core.sniff(head.subarray(0, HEAD), false);
+      if (form) return { form, head };
+    }
+    return { form: this.core.sniff(head, true) || "candump", head };
+  }
+
+  /** @returns {Pieces} */
+  async *plain() {
+    for (this.at = 0; this.at < this.size; ) {
+      const piece = await this.read(this.at, PIECE);
+      if (!piece.length) return;
+      this.at += piece.length;
+      yield piece;
+    }
+  }
+
+  pieces() {
+    return this.layers.reduce((pieces, layer) => layer(pieces), this.plain());
+  }
+
+  /** @param {Pieces} packed @returns {Pieces} */
+  async *unpacked(packed) {
+    const stream = new DecompressionStream("gzip");
+    const to = stream.writable.getWriter();
+    const from = stream.readable.getReader();
+    let over = false;
+    const fed = (async () => {
+      for await (const piece of packed) {
+        if (over) return;
+        await to.ready;
+        await to.write(piece);
+      }
+      await to.close();
+    })();
+    fed.catch(() => {}); // the reader has the same error
+    try {
+      for (;;) {
+        const { done, value } = await from.read().catch(() => ({ done: true, value: undefined, ...this.damage() }));
+        if (done || !value) return;
+        yield value;
+      }
+    } finally {
+      over = true;
+      from.cancel().catch(() => {});
+    }
+  }
+
+  damage() {
+    this.damaged = true;
+    return {};
+  }
+
+  /** Runs a session over the file. @param {object} options @param {Sinks} sinks */
+  async pass(options, { take, write, progress, wanted }) {
+    const { core } = this;
+    core.open(options);
+    core.begin(this.name, this.format);
+    const taken = (/** @type {boolean} */ flush) => {
+      if (take) for (const batch of core.batches(flush)) take(batch.table, batch.rows, core.columns(batch));
+    };
+    const out = (/** @type {Uint8Array<ArrayBuffer>} */ bytes) => {
+      if (bytes.length && write) write(bytes);
+      taken(false);
+    };
+    this.damaged = false;
+    for await (const piece of this.pieces()) {
+      if (wanted && !wanted()) throw new Superseded();
+      out(core.feed(piece));
+      progress?.(this.size ? this.at / this.size : 1);
+      if (core.done) break;
+    }
+    out(core.end(this.damaged));
+    out(core.finish());
+    taken(true);
+  }
+}
+
+/** @param {Pieces} pieces @param {string} encoding @returns {Pieces} */
+async function* transcoded(pieces, encoding) {
+  const decoder = new TextDecoder(encoding);
+  const encoder = new TextEncoder();
+  for await (const piece of pieces) yield encoder.encode(decoder.decode(piece, { stream: true }));
+  const rest = encoder.encode(decoder.decode());
+  if (rest.length) yield rest;
+}
+
+/** @param {Uint8Array[]} pieces */
+function joined(pieces) {
+  const all = new Uint8Array(pieces.reduce((length, piece) => length + piece.length, 0));
+  let at = 0;
+  for (const piece of pieces) {
+    all.set(piece, at);
+    at += piece.length;
+  }
+  return all;
+}

@@ -1,0 +1,153 @@
+// The frames of a capture with their meaning, kept as bytes: a hundred for each frame at most.
+
+class Frames {
+  constructor() {
+    /** @type {{rows: number, t: BigInt64Array, valid: Uint8Array | null, bus: Int32Array, buses: string[],
+     *   node: Uint8Array, severity: Uint8Array, ends: Int32Array, text: Uint8Array<ArrayBuffer>}[]} */
+    this.parts = [];
+    /** @type {number[]} */
+    this.starts = [];
+    this.count = 0;
+    /** @type {Uint32Array | null} The rows that a filter shows; null for all. */
+    this.shown = null;
+    this.begin = 0n;
+    this.hasTime = false;
+  }
+
+  /** @param {number} rows @param {Record<string, Column>} columns Of the table listing. */
+  add(rows, columns) {
+    const { t_ns: t, bus, node, severity, line } = columns;
+    const levels = severity.words.map((word) => LEVELS.indexOf(word) + 1);
+    const marks = new Uint8Array(rows);
+    for (let row = 0; row < rows; row += 1) if (!severity.isNull(row)) marks[row] = levels[severity.numbers[row]];
+    if (!this.hasTime) {
+      for (let row = 0; row < rows && !this.hasTime; row += 1) {
+        if (!t.isNull(row)) [this.begin, this.hasTime] = [t.value(row), true];
+      }
+    }
+    this.starts.push(this.count);
+    this.count += rows;
+    const valid = t.valid && Uint8Array.from({ length: rows }, (_, row) => Number(!t.isNull(row)));
+    this.parts.push({
+      rows,
+      valid,
+      t: t.numbers.slice(0, rows),
+      bus: bus.numbers.slice(0, rows),
+      buses: bus.words,
+      node: Uint8Array.from({ length: rows }, (_, row) => (node.isNull(row) ? NO_NODE : node.numbers[row])),
+      severity: marks,
+      ends: line.ends.slice(0, rows + 1),
+      text: line.bytes.slice(),
+    });
+  }
+
+  /** @param {number} index @returns {[any, number]} The part of a row and its place in it. */
+  find(index) {
+    let [low, high] = [0, this.starts.length - 1];
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (this.starts[middle] <= index) low = middle;
+      else high = middle - 1;
+    }
+    return [this.parts[low], index - this.starts[low]];
+  }
+
+  /** @param {number} index @returns {number | null} Nanoseconds since the first frame. */
+  time(index) {
+    const [part, row] = this.find(index);
+    return part.valid && !part.valid[row] ? null : Number(part.t[row] - this.begin);
+  }
+
+  /** @param {number} frame */
+  of(frame) {
+    const [part, row] = this.find(frame - 1);
+    const node = part.node[row];
+    return {
+      t: this.time(frame - 1),
+      bus: part.buses[part.bus[row]] ?? "",
+      node: node === NO_NODE ? null : node,
+      line: DECODER.decode(part.text.subarray(part.ends[row], part.ends[row + 1])),
+    };
+  }
+
+  /** @param {number} place Among the rows that are shown. */
+  row(place) {
+    const index = this.shown ? this.shown[place] : place;
+    const [part, row] = this.find(index);
+    const before = place ? this.time(this.shown ? this.shown[place - 1] : place - 1) : null;
+    const t = this.time(index);
+    return {
+      frame: index + 1,
+      t,
+      delta: t === null || before === null ? null : t - before,
+      bus: part.buses[part.bus[row]] ?? "",
+      severity: LEVELS[part.severity[row] - 1] ?? "",
+      line: DECODER.decode(part.text.subarray(part.ends[row], part.ends[row + 1])),
+    };
+  }
+
+  get length() {
+    return this.shown ? this.shown.length : this.count;
+  }
+
+  /** @param {number} from @param {number} count */
+  rows(from, count) {
+    const rows = [];
+    for (let place = Math.max(from, 0); place < Math.min(from + count, this.length); place += 1) rows.push(this.row(place));
+    return rows;
+  }
+
+  /** @param {number} frame @returns {number} The place of a frame, or of the next one that is shown. */
+  place(frame) {
+    if (!this.shown) return Math.min(Math.max(frame - 1, 0), Math.max(this.count - 1, 0));
+    let [low, high] = [0, this.shown.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.shown[middle] < frame - 1) low = middle + 1;
+      else high = middle;
+    }
+    return Math.min(low, Math.max(this.shown.length - 1, 0));
+  }
+
+  /** @param {number} t Nanoseconds since the first frame. @returns {number} The first frame from then on. */
+  at(t) {
+    const wanted = this.begin + BigInt(Math.round(t));
+    let [low, high] = [0, this.count];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      const [part, row] = this.find(middle);
+      if (part.t[row] < wanted) low = middle + 1;
+      else high = middle;
+    }
+    return Math.min(low + 1, this.count);
+  }
+
+  /**
+   * Searches lines for a text, in small parts so that other work goes on between them.
+   * @param {string} text @param {() => boolean} wanted
+   */
+  async search(text, wanted) {
+    // Each byte is one character here, so that places of characters are places of bytes.
+    const bytes = new TextDecoder("windows-1252");
+    const lower = bytes.decode(new TextEncoder().encode(text)).toLowerCase();
+    const found = [];
+    for (let number = 0; number < this.parts.length; number += 1) {
+      await new Promise((done) => setTimeout(done));
+      if (!wanted()) throw new Superseded();
+      const { rows, ends, text: lines } = this.parts[number];
+      const all = bytes.decode(lines).toLowerCase();
+      let row = 0;
+      for (let at = all.indexOf(lower); at >= 0 && row < rows; at = all.indexOf(lower, at + 1)) {
+        while (row < rows && ends[row + 1] <= at) row += 1;
+        if (row >= rows || at + lower.length > ends[row + 1]) continue;
+        found.push(this.starts[number] + row);
+        at = ends[row + 1] - 1;
+      }
+    }
+    return Uint32Array.from(found);
+  }
+}
+
+const NO_NODE = 255;
+const LEVELS = ["info", "warning", "error"];
+const DECODER = new TextDecoder();

@@ -1,0 +1,498 @@
+"""The page in real browsers, opened from the disk: what is dropped on it, chosen, filtered, explained and saved.
+
+What it must not do: test what the core says; that is `test_web.py`.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import random
+import re
+import shutil
+import sqlite3
+import subprocess
+import threading
+import time
+from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
+from typing import Any
+
+import pytest
+from bench_captures import capture_lines
+from captures import SAMPLES, TESTS, log_text, read_log, session_output
+from conftest import Runner
+from diagnoses import diagnosed
+from test_web import WASM, WEB
+from web_browsers import CHROMEDRIVER, CHROMIUM, FIREFOX, Browser, Chromium, chromium, firefox
+
+from canalyze import _core, html
+from canalyze.running.options import SessionOptions
+
+PROBLEMS = SAMPLES / "problems.log"
+TSC = shutil.which("tsc")
+HOSTILE = '</script><script>window.hacked=1</script><img src=x onerror="window.hacked=2">'
+LOADED: set[str] = set()
+"""The pages that tests have opened."""
+CHECKED = 'document.body.dataset.state === "opened"'
+
+pytestmark = [
+    pytest.mark.skipif(WEB == "later", reason="tested when the core is built for the web"),
+    pytest.mark.skipif(WEB != "required" and not WASM.exists(), reason="the core is not built for the web: .ci/web"),
+]
+NO_CHROMIUM = pytest.mark.skipif(not (CHROMIUM and CHROMEDRIVER) and WEB != "required", reason="no chromium here")
+NO_FIREFOX = pytest.mark.skipif(not FIREFOX and WEB != "required", reason="no firefox here")
+
+
+@pytest.fixture(scope="module")
+def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page without a capture, in English."""
+    path = tmp_path_factory.mktemp("page") / "canalyze.html"
+    path.write_bytes(html.page("en", {}))
+    return path
+
+
+@pytest.fixture(scope="module")
+def chromium_browser() -> Iterator[Chromium]:
+    with chromium() as one:
+        yield one
+
+
+@pytest.fixture(
+    scope="module", params=[pytest.param("chromium", marks=NO_CHROMIUM), pytest.param("firefox", marks=NO_FIREFOX)]
+)
+def browser(request: pytest.FixtureRequest) -> Iterator[Browser]:
+    if request.param == "chromium":
+        yield request.getfixturevalue("chromium_browser")
+    else:
+        with firefox() as one:
+            one.size(1300, 900)
+            yield one
+
+
+def opened(browser: Browser, page: Path, *captures: Path) -> None:
+    """Open the page and a capture in it."""
+    browser.open(page)
+    LOADED.add(page.as_uri())
+    if captures:
+        browser.choose("#file", *captures)
+    browser.wait('["opened", "failed", "index"].includes(document.body.dataset.state)', 60)
+
+
+def text(browser: Browser, selector: str) -> str:
+    found: str = browser.run("return document.querySelector(arguments[0]).innerText", selector)
+    return found
+
+
+def rows(browser: Browser) -> list[int]:
+    """The numbers of the frames that are drawn."""
+    found: list[int] = browser.wait(
+        '[...document.querySelectorAll(".row[data-frame]")].map((row) => Number(row.dataset.frame))'
+    )
+    return found
+
+
+def filtered(browser: Browser, expression: str) -> str:
+    """Type a filter; give what is said of it."""
+    script = """const form = document.querySelector("#filter");
+        form.querySelector("input").value = arguments[0];
+        form.querySelector("output").textContent = "";
+        form.requestSubmit();"""
+    browser.run(script, expression)
+    said = 'document.querySelector("#filter output").textContent'
+    browser.wait(f'{said} && !{said}.startsWith("reading")', 30)
+    found: str = browser.run(f"return {said}")
+    return found
+
+
+def test_a_page_is_one_file_that_loads_nothing(empty: Path) -> None:
+    said = empty.read_text()
+    assert len(said.encode()) < 2_200_000
+    policy = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', said)
+    assert policy and policy[1].startswith("default-src 'none'; script-src 'sha256-")
+    assert "'unsafe-" not in policy[1] and "http" not in policy[1]
+    assert not re.search(r'\s(src|href|on\w+)="', said)
+    assert not re.search(r"\b(fetch|XMLHttpRequest|WebSocket|EventSource|importScripts|innerHTML)\b|\beval\(", said)
+
+
+CONFIGURATIONS = {"page": html.PAGE, "worker": html.WORKER}
+
+
+@pytest.mark.parametrize("part", CONFIGURATIONS)
+def test_types_are_checked_of_every_file(part: str) -> None:
+    """As the configuration for TypeScript's compiler says; run where there is one."""
+    path = TESTS / "web" / f"tsconfig.{part}.json"
+    files = [Path(name) for name in json.loads(path.read_text())["files"]]
+    assert [one.stem for one in files] == list(CONFIGURATIONS[part])
+    assert {one.name for one in files} == {one.name for one in (html.FOLDER / part).glob("*.js")}
+    if TSC is not None:
+        done = subprocess.run([TSC, "-p", path], capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stdout) == (0, "")
+
+
+def test_what_is_dropped_is_diagnosed(browser: Browser, empty: Path) -> None:
+    browser.open(empty)
+    script = """const [name, data] = arguments;
+        const files = new DataTransfer();
+        files.items.add(new File([Uint8Array.from(atob(data), (one) => one.charCodeAt(0))], name));
+        document.dispatchEvent(new DragEvent("drop", {dataTransfer: files, bubbles: true, cancelable: true}));"""
+    browser.run(script, "problems.log", base64.b64encode(PROBLEMS.read_bytes()).decode())
+    browser.wait(CHECKED)
+    found = diagnosed(PROBLEMS.read_bytes())
+    shown = browser.run('return [...document.querySelectorAll(".problem .words")].map((one) => one.textContent)')
+    assert shown == [one["message"] for one in found.incidents]
+    assert text(browser, "#verdict") == "✖ 1 open problem, 1 ended, 1 harmless"
+    assert "175 frames" in text(browser, "#extent")
+
+
+def test_a_problem_leads_to_its_frame_and_its_explanation(browser: Browser, empty: Path) -> None:
+    opened(browser, empty, PROBLEMS)
+    browser.click("#problem-2 .frame")
+    browser.wait('document.querySelector(".row.chosen")?.dataset.frame === "134"')
+    explained = session_output([PROBLEMS.read_bytes()], lang="en", depth="explain").decode()
+    browser.wait('document.querySelector("#detail pre")?.textContent.includes("COB-ID")')
+    lines = text(browser, "#detail pre").splitlines()
+    assert len(lines) > 2 and all(line.rstrip() in explained for line in lines)
+    assert browser.run('return document.querySelector("#problem-2").open')
+    assert "caused by 1" in text(browser, "#problem-2") and "1029h" in text(browser, "#problem-2")
+    assert browser.run('return document.querySelectorAll(".row.marked").length') > 1
+
+
+def test_frames_are_filtered_as_on_the_command_line(browser: Browser, empty: Path, canalyze: Runner) -> None:
+    opened(browser, empty, PROBLEMS)
+    for expression in ("node=4", "service=sdo node=5", "severity=error", 'text="boot-up" node=3'):
+        done = canalyze("decode", str(PROBLEMS), "--format", "jsonl", "--filter", expression, "--lang", "en")
+        records = [json.loads(line) for line in done.lines]
+        numbers = [one["frame"] for one in records if one["kind"] == "frame"]
+        assert filtered(browser, expression) == f"{len(numbers)} {'frame' if len(numbers) == 1 else 'frames'}"
+        assert numbers and rows(browser) == numbers[: len(rows(browser))]
+    assert filtered(browser, "LIFE GUARD error") == "1 frame" and rows(browser) == [134]
+    assert "nonsense" in filtered(browser, "nonsense=1")
+    assert browser.run('return document.querySelector("#filter output").className') == "wrong"
+    assert filtered(browser, "") == "175 frames"
+    browser.run(
+        'document.querySelector("#filter input").value = "#150"; document.querySelector("#filter").requestSubmit()'
+    )
+    browser.wait('document.querySelector(".row.chosen")?.dataset.frame === "150"')
+
+
+def test_both_languages_are_a_switch_away(browser: Browser, empty: Path) -> None:
+    opened(browser, empty, PROBLEMS)
+    browser.click("#problem-1 .frame")
+    browser.run('document.body.dataset.state = ""')
+    browser.click("#language")
+    browser.wait(CHECKED)
+    found = diagnosed(PROBLEMS.read_bytes(), lang="zh")
+    shown = browser.run('return [...document.querySelectorAll(".problem .words")].map((one) => one.textContent)')
+    assert shown == [one["message"] for one in found.incidents]
+    browser.wait('document.querySelector(".row.chosen")?.dataset.frame === "126"')
+    browser.wait('document.querySelector("#detail pre")?.textContent.includes("节点9的心跳")')
+    assert browser.run("return document.documentElement.lang") == "zh"
+    shown = browser.run("return document.body.innerText")
+    assert not re.search(r"\b(html|diagnose|problem)(_\w+)?\.\w+", shown), "a word that is missing"
+
+
+def test_keys_move_through_frames_and_problems(browser: Browser, empty: Path) -> None:
+    opened(browser, empty, PROBLEMS)
+    browser.run("document.activeElement.blur()")
+    for key, frame in (("n", 126), ("n", 134), ("p", 126), ("j", 127), ("j", 128), ("k", 127)):
+        browser.key(key)
+        browser.wait(f'document.querySelector(".row.chosen")?.dataset.frame === "{frame}"')
+    browser.key("/")
+    assert browser.run('return document.activeElement.closest("form").id') == "filter"
+
+
+def test_tables_are_searched_and_lead_to_frames(browser: Browser, empty: Path) -> None:
+    capture = SAMPLES / "services.log"
+    opened(browser, empty, capture)
+    rows_of = [
+        json.loads(one) for one in session_output([capture.read_bytes()], output_format="transfers").splitlines()
+    ]
+    browser.click('[data-panel="transfers"]')
+    browser.wait('document.querySelectorAll("#transfers tbody tr").length')
+    assert browser.run('return document.querySelectorAll("#transfers tbody tr").length') == min(len(rows_of), 100)
+    browser.run('document.querySelector("#transfers tbody tr").click()')
+    browser.wait('document.querySelector("#detail .actions button")')
+    assert "only this transfer" in text(browser, "#detail")
+    browser.run('document.querySelector("#detail .actions button").click()')
+    browser.wait('/^[0-9]+ frame/.test(document.querySelector("#filter output").textContent)')
+    first = rows_of[0]
+    assert browser.run('return document.querySelector("#filter input").value').startswith(
+        f"service=sdo node={first['node']} frame="
+    )
+    browser.click('[data-panel="objects"]')
+    browser.wait('document.querySelectorAll("#objects tbody tr").length')
+    session = _core.Session(SessionOptions(format="columns", tables=("od",)))
+    session.begin(capture.name, True)
+    session.feed(capture.read_bytes())
+    session.finish()
+    count = sum(batch.num_rows for _, batch in session.batches(flush=True))
+    assert text(browser, "#objects .quiet") == f"{count} of {count} rows"
+    browser.run("""const field = document.querySelector("#objects input");
+        field.value = "no such object"; field.dispatchEvent(new Event("input"));""")
+    browser.wait('document.querySelectorAll("#objects tbody tr").length === 0')
+    browser.click('[data-panel="nodes"]')
+    assert browser.run('return document.querySelectorAll("#nodes tr").length') == len(
+        diagnosed(capture.read_bytes()).whole["nodes"]
+    )
+
+
+def test_signals_are_drawn(browser: Browser, empty: Path) -> None:
+    capture = SAMPLES / "stories" / "c01-boot-and-run.log"
+    signals = [json.loads(one) for one in session_output([capture.read_bytes()], output_format="signals").splitlines()]
+    assert signals, "a capture with mappings in it"
+    opened(browser, empty, capture)
+    browser.click('[data-panel="plots"]')
+    browser.wait('document.querySelector("#plots input[type=checkbox]")', 60)
+    browser.run('document.querySelector("#plots input[type=checkbox]").click()')
+    browser.wait('document.querySelector("#plots canvas")?.width > 0')
+    drawn = """const canvas = document.querySelector("#plots canvas");
+        const {data} = canvas.getContext("2d").getImageData(60, 20, canvas.width - 60, canvas.height - 20);
+        let count = 0;
+        for (let at = 3; at < data.length; at += 4) count += data[at] > 0;
+        return count;"""
+    end = time.monotonic() + 20
+    while browser.run(drawn) < 50:
+        assert time.monotonic() < end, "nothing is drawn"
+        time.sleep(0.05)
+
+
+def test_lanes_lead_to_frames_and_zoom(browser: Browser, empty: Path) -> None:
+    opened(browser, empty, PROBLEMS)
+    script = """const canvas = document.querySelector("#lanes canvas");
+        const box = canvas.getBoundingClientRect();
+        const [clientX, clientY] = [box.left + arguments[0], box.top + arguments[1]];
+        const at = {clientX, clientY, pointerId: 1, bubbles: true, cancelable: true};
+        canvas.setPointerCapture = () => {};
+        for (const kind of ["pointerdown", "pointerup"]) canvas.dispatchEvent(new PointerEvent(kind, at));"""
+    browser.run(script, 600, 90)
+    browser.wait('document.querySelector(".row.chosen")')
+    middle = int(browser.run('return document.querySelector(".row.chosen").dataset.frame'))
+    assert 20 < middle < 160
+    browser.run(script, 600, 25)
+    browser.wait('document.querySelector("#problem-1.chosen")')
+
+
+@pytest.mark.parametrize("packed", ["gzip", "utf-16"])
+def test_packed_and_recoded_captures_are_read(packed: str, browser: Browser, empty: Path, tmp_path: Path) -> None:
+    data = PROBLEMS.read_bytes()
+    path = tmp_path / "capture.bin"
+    path.write_bytes(gzip.compress(data) if packed == "gzip" else data.decode().encode("utf-16"))
+    opened(browser, empty, path)
+    assert text(browser, "#verdict") == "✖ 1 open problem, 1 ended, 1 harmless"
+
+
+def test_damage_is_reported(browser: Browser, empty: Path, tmp_path: Path) -> None:
+    whole = gzip.compress(
+        b"".join(f"(1.{n:06}) can0 7{n % 100 + 1:02X}#{n % 256:02X}\n".encode() for n in range(200_000))
+    )
+    (tmp_path / "cut.log.gz").write_bytes(whole[: len(whole) // 2])
+    opened(browser, empty, tmp_path / "cut.log.gz")
+    assert "packed data are damaged" in text(browser, "#notice")
+    (tmp_path / "lines.log").write_bytes(PROBLEMS.read_bytes() + b"(1.0) can0 nothing#\n")
+    opened(browser, empty, tmp_path / "lines.log")
+    assert "lines.log" in text(browser, "#notice")
+
+
+def test_a_file_that_it_cannot_read_is_named(browser: Browser, empty: Path, tmp_path: Path) -> None:
+    with sqlite3.connect(tmp_path / "a.db") as base:
+        base.execute("create table a (b)")
+    base.close()
+    opened(browser, empty, tmp_path / "a.db")
+    assert browser.run("return document.body.dataset.state") == "failed"
+    assert "sqlite" in text(browser, "#notice")
+    browser.run('document.body.dataset.state = ""')
+    browser.choose("#file", PROBLEMS)
+    browser.wait(CHECKED)
+
+
+def test_a_hostile_capture_executes_nothing(browser: Browser, tmp_path: Path) -> None:
+    """In names of files and buses, in texts of transfers, with the capture inside the page."""
+    value = HOSTILE.encode()
+    frames = [b"(1.000000) %b 605#4008100000000000" % b"can0<img/src=x/onerror=alert(1)>"]
+    frames.append(
+        b"(1.000100) can0 605#4008100000000000\n(1.000200) can0 585#41081000%b"
+        % len(value).to_bytes(4, "little").hex().encode()
+    )
+    for number, at in enumerate(range(0, len(value), 7)):
+        part = value[at : at + 7]
+        last = at + 7 >= len(value)
+        head = (number % 2) << 4 | (7 - len(part)) << 1 | last
+        frames.append(b"(1.%06d) can0 605#%02X00000000000000" % (1000 + 2 * number, 0x60 | (number % 2) << 4))
+        frames.append(
+            b"(1.%06d) can0 585#%b" % (1001 + 2 * number, (bytes([head]) + part.ljust(7, b"\0")).hex().encode())
+        )
+    page = tmp_path / "hostile.html"
+    page.write_bytes(html.page("en", {}, [(f"{HOSTILE}\u202e.log", b"\n".join(frames) + b"\n")]))
+    opened(browser, page)
+    assert browser.run("return document.body.dataset.state") == "opened"
+    browser.click('[data-panel="transfers"]')
+    browser.wait('document.querySelector("#transfers tbody tr")')
+    assert "onerror" in text(browser, "#transfers") and "onerror" in text(browser, "#name")
+    assert "\\u202e" in text(browser, "#name")
+    browser.run('document.querySelector("#transfers tbody tr").click()')
+    browser.wait('document.querySelector("#detail pre")?.textContent.includes("COB-ID")')
+    assert browser.run("return window.hacked ?? null") is None
+    assert browser.run('return document.querySelectorAll("img").length') == 0
+    assert page.read_text().count("<script") == 6
+
+
+def test_several_captures_are_listed(browser: Browser, empty: Path) -> None:
+    opened(browser, empty, SAMPLES / "rules" / "HBT002.clean.log", PROBLEMS, SAMPLES / "sdo-abort.log")
+    browser.wait('document.querySelectorAll("#index tr").length === 3')
+    browser.wait('document.body.dataset.state === "index"')
+    assert browser.run('return document.querySelector("#index .frame").textContent') == "problems.log"
+    browser.click("#index .frame")
+    browser.wait(CHECKED)
+    assert text(browser, "#verdict").startswith("✖ 1 open problem")
+
+
+def test_a_trap_is_said_and_the_page_goes_on(browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A core whose first call ends in `unreachable`."""
+    types, functions, memory = "0106 01 60017f017f", "0302 0100", "0503 010001"
+    exports = "0712 02 05 696e707574 0000 06 6d656d6f7279 0200"  # input, memory
+    module = bytes.fromhex(f"0061736d 01000000 {types} {functions} {memory} {exports} 0a05 01 03 00 00 0b")
+    (tmp_path / "core.wasm").write_bytes(module)
+    monkeypatch.setattr(html, "WASM", tmp_path / "core.wasm")
+    page = tmp_path / "trap.html"
+    page.write_bytes(html.page("en", {}))
+    opened(browser, page, PROBLEMS)
+    assert "the program has failed and was started again" in text(browser, "#notice")
+    browser.run('document.body.dataset.state = ""')
+    browser.choose("#file", PROBLEMS)
+    browser.wait('document.body.dataset.state === "failed"')
+
+
+class _Server(HTTPServer):
+    """Counts what it is asked."""
+
+    asked = 0
+
+
+class _Handler(BaseHTTPRequestHandler):
+    def do_GET(self) -> None:
+        assert isinstance(self.server, _Server)
+        self.server.asked += 1
+        self.send_response(204)
+        self.end_headers()
+
+    def log_message(self, *_: Any) -> None:
+        pass
+
+
+def test_no_request_leaves(browser: Browser, empty: Path) -> None:
+    """What the page itself asks for, and what a script in it may: nothing."""
+    opened(browser, empty, PROBLEMS)
+    browser.click("#problem-1 .frame")
+    browser.wait('document.querySelector("#detail pre")?.textContent.includes("COB-ID")')
+    if isinstance(browser, Chromium):
+        asked = {one for one in browser.requested() if not one.startswith(("chrome://", "data:", "devtools:"))}
+        assert {one.partition(":")[0] for one in asked} == {"file", "blob"}
+        assert {one for one in asked if one.startswith("file:")} <= {empty.as_uri()} | LOADED
+    with _Server(("127.0.0.1", 0), _Handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        address = f"http://127.0.0.1:{server.server_port}/"
+        script = """window.refused = 0;
+            document.addEventListener("securitypolicyviolation", () => { window.refused += 1; });
+            fetch(arguments[0]).catch(() => {});
+            new Image().src = arguments[0];
+            const script = document.createElement("script");
+            script.textContent = "window.hacked = 1";
+            document.body.append(script);"""
+        browser.run(script, address)
+        browser.wait("window.refused >= 3")
+        time.sleep(0.2)
+        assert server.asked == 0
+        assert browser.run("return window.hacked ?? null") is None
+        server.shutdown()
+
+
+@NO_CHROMIUM
+def test_a_narrow_screen_shows_everything_in_its_width(chromium_browser: Chromium, empty: Path) -> None:
+    browser = chromium_browser
+    browser.cdp("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=1, mobile=True)
+    try:
+        opened(browser, empty, PROBLEMS)
+        assert browser.run("return document.documentElement.scrollWidth") <= 390
+        browser.run('document.querySelector("#problem-1 .frame").click()')
+        browser.wait('document.querySelector(".row.chosen")')
+    finally:
+        browser.cdp("Emulation.clearDeviceMetricsOverride")
+
+
+@NO_CHROMIUM
+def test_it_is_printed_with_all_problems(chromium_browser: Chromium, empty: Path) -> None:
+    browser = chromium_browser
+    opened(browser, empty, PROBLEMS)
+    made = base64.b64decode(browser.cdp("Page.printToPDF")["data"])
+    assert made.startswith(b"%PDF") and len(made) > 10_000
+    assert browser.run('return [...document.querySelectorAll("details.problem")].every((one) => one.open)')
+    browser.cdp("Emulation.setEmulatedMedia", media="print")
+    try:
+        assert browser.run('return getComputedStyle(document.querySelector("#frames")).display') == "none"
+    finally:
+        browser.cdp("Emulation.setEmulatedMedia", media="")
+
+
+@NO_CHROMIUM
+def test_dark_and_light(chromium_browser: Chromium, empty: Path) -> None:
+    browser = chromium_browser
+    browser.open(empty)
+    ground = "return getComputedStyle(document.body).backgroundColor"
+    before = browser.run(ground)
+    browser.click("#theme")
+    assert browser.run(ground) != before
+
+
+@NO_CHROMIUM
+def test_it_saves_what_convert_writes(chromium_browser: Chromium, empty: Path) -> None:
+    """The bytes that a download would have."""
+    browser = chromium_browser
+    opened(browser, empty, PROBLEMS)
+    filtered(browser, "node=5")
+    browser.run("""window.saved = null;
+        const made = URL.createObjectURL;
+        URL.createObjectURL = (blob) => { blob.text().then((text) => { window.saved = text; }); return made(blob); };
+        HTMLAnchorElement.prototype.click = function () { window.named = this.download; };
+        const box = document.querySelector("#save");
+        box.value = "candump";
+        box.dispatchEvent(new Event("change"));""")
+    browser.wait("window.saved !== null")
+    saved = read_log(browser.run("return window.saved").encode())
+    wanted = [one for one in read_log(PROBLEMS.read_bytes()) if one.can_id & 0x7F == 5]
+    assert log_text(saved) == log_text(wanted)
+    assert browser.run("return window.named") == "problems.log.log"
+
+
+@NO_CHROMIUM
+def test_a_million_frames(empty: Path, tmp_path: Path) -> None:
+    capture = tmp_path / "million.log"
+    capture.write_text("".join(f"{line.rstrip()}\n" for line in capture_lines(1_000_000)))
+    with chromium() as browser:
+        opened(browser, empty, capture)
+        assert browser.run("return document.body.dataset.state") == "opened"
+        assert "1000000 frames" in text(browser, "#extent")
+        browser.run("""window.longest = 0;
+            let last = performance.now();
+            (function tick() {
+              const now = performance.now();
+              window.longest = Math.max(window.longest, now - last);
+              last = now;
+              setTimeout(tick);
+            })();""")
+        assert re.fullmatch(r"\d+ frames", filtered(browser, "service=sdo node=5"))
+        assert re.fullmatch(r"\d+ frames", filtered(browser, "heartbeat of node 5"))
+        assert filtered(browser, "") == "1000000 frames"
+        for end, frame in (("1e9", 1_000_000), ("0", 1)):
+            browser.run(f'document.querySelector("#frames").scrollTop = {end}')
+            browser.wait(f'[...document.querySelectorAll(".row")].some((row) => row.dataset.frame === "{frame}")')
+        asked = """const form = document.querySelector("#filter");
+            form.querySelector("input").value = arguments[0];
+            form.requestSubmit();"""
+        wanted = random.Random(1).sample(range(1, 1_000_000), 5)
+        for frame in wanted:
+            browser.run(asked, f"#{frame}")
+            browser.wait(f'document.querySelector(".row.chosen")?.dataset.frame === "{frame}"')
+        assert browser.run("return window.longest") < 250
