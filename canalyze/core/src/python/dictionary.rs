@@ -12,13 +12,9 @@ use crate::sdo::wire::Mux;
 use crate::wire::pdo;
 use crate::words::profiles::Profile;
 use crate::words::{terms, value};
-use crate::world::dictionary::{Access, Described, Dictionary as Table, Form, Object, Preset};
+use crate::world::dictionary::{Described, Dictionary as Table, Form, Object, ObjectRow};
 use crate::world::od::DataType;
 use crate::world::preset;
-
-/// A row of a description: index, sub-index, name, type, access, value, relative to the node-ID, configured by a DCF,
-/// mappable, unit, factor.
-type ObjectRow = (u16, u8, String, u16, String, Option<i128>, bool, bool, bool, String, f64);
 
 #[pyclass(module = "canalyze._core", frozen)]
 pub(super) struct Dictionary {
@@ -30,11 +26,7 @@ impl Dictionary {
     #[new]
     #[pyo3(signature = (*, file, form, device, rows))]
     fn new(file: String, form: &str, device: String, rows: Vec<ObjectRow>) -> PyResult<Self> {
-        let form = choose(
-            "form",
-            form,
-            &[("eds", Form::Eds), ("dcf", Form::Dcf), ("xdd", Form::Eds), ("concise", Form::Dcf)],
-        )?;
+        let form = choose("form", form, Form::NAMES)?;
         let objects = rows.into_iter().map(object).collect::<PyResult<_>>()?;
         Ok(Self { table: Arc::new(Table::new(file, form, device, objects)) })
     }
@@ -50,11 +42,7 @@ impl Dictionary {
 }
 
 fn object(row: ObjectRow) -> PyResult<Object> {
-    let (index, sub, name, data_type, access, value, relative, configured, mappable, unit, factor) = row;
-    let access = Access::from_name(&access).ok_or_else(|| PyValueError::new_err(format!("access={access:?}")))?;
-    let preset = value.map(|value| Preset::new(value, data_type, relative, configured));
-    let unit = (!unit.is_empty()).then(|| Arc::from(unit));
-    Ok(Object { index, sub, name: Arc::from(name), data_type, access, preset, mappable, unit, factor })
+    Object::from_row(row).map_err(|access| PyValueError::new_err(format!("access={access:?}")))
 }
 
 #[pyclass(module = "canalyze._core", frozen, get_all, eq)]

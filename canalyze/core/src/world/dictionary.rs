@@ -17,6 +17,16 @@ pub enum Form {
     Dcf,
 }
 
+impl Form {
+    /// The kinds of file by their names.
+    pub const NAMES: &[(&str, Self)] =
+        &[("eds", Self::Eds), ("dcf", Self::Dcf), ("xdd", Self::Eds), ("concise", Self::Dcf)];
+}
+
+/// A row of a description: index, sub-index, name, type, access, value, relative to the node-ID, configured by a DCF,
+/// mappable, unit, factor.
+pub type ObjectRow = (u16, u8, String, u16, String, Option<i128>, bool, bool, bool, String, f64);
+
 /// Access to an object, as seen from the bus (CiA 306).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
@@ -84,6 +94,15 @@ impl Preset {
 }
 
 impl Object {
+    /// Returns the object of a row, or its access if that is unknown.
+    pub fn from_row(row: ObjectRow) -> Result<Self, String> {
+        let (index, sub, name, data_type, access, value, relative, configured, mappable, unit, factor) = row;
+        let access = Access::from_name(&access).ok_or(access)?;
+        let preset = value.map(|value| Preset::new(value, data_type, relative, configured));
+        let unit = (!unit.is_empty()).then(|| Arc::from(unit));
+        Ok(Self { index, sub, name: Arc::from(name), data_type, access, preset, mappable, unit, factor })
+    }
+
     /// Its data type, if it is a static one.
     pub fn data_type(&self) -> Option<DataType> {
         DataType::from_code(self.data_type)
