@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import base64
+import bz2
 import gzip
 import json
+import random
 import re
 from html import unescape
 from pathlib import Path
 
 import pytest
-from captures import SAMPLES
+from captures import EDS, SAMPLES
 from conftest import Runner
 
 from canalyze import html
 from canalyze.cli import main
 from canalyze.errors import OutputError
 
-CAPTURE = re.compile(r'<script type="text/plain" class="capture" data-name="([^"]*)">([^<]*)</script>')
+CAPTURE = re.compile(r'<script type="text/plain" class="capture" data-about="([^"]*)">([^<]*)</script>')
 
 
 @pytest.fixture
@@ -39,22 +41,81 @@ def test_it_holds_the_core_and_the_captures(lang: str, core: bytes, tmp_path: Pa
     assert main(["--lang", lang, "page", *map(str, captures), "-o", str(output)]) == 0
     text = output.read_text()
     found = CAPTURE.findall(text)
-    assert [json.loads(unescape(said)) for said, _ in found] == [one.name for one in captures]
+    said = [json.loads(unescape(one)) for one, _ in found]
+    assert [one["name"] for one in said] == [one.name for one in captures]
+    assert [one["format"] for one in said] == ["candump", "asc", "candump"]
+    assert [one["recording"] for one in said] == [0, 1, 2]
     assert [gzip.decompress(base64.b64decode(data)) for _, data in found] == [one.read_bytes() for one in captures]
     (wasm,) = re.findall(r'id="wasm">([^<]*)</script>', text)
     assert gzip.decompress(base64.b64decode(wasm)) == core
     (settings,) = re.findall(r'id="settings">([^<]*)</script>', text)
-    assert json.loads(settings)["lang"] == lang
+    read = json.loads(settings)
+    assert read["lang"] == lang and not read["merge"] and read["options"]["network"]["descriptions"] == []
     (words,) = re.findall(r'id="words">([^<]*)</script>', text)
     read = json.loads(words)
     assert set(read["zh"]) == set(read["en"]) and read["en"]["html.cancel"] == "Cancel"
     assert not re.search(r"\{\{\w+\}\}", text)
 
 
+@pytest.mark.usefixtures("core")
+def test_what_options_say_is_in_it(tmp_path: Path) -> None:
+    output = tmp_path / "page.html"
+    eds = next(EDS.glob("*.eds"))
+    names = [str(SAMPLES / "problems.log"), str(SAMPLES / "sdo-abort.log")]
+    options = [
+        "--eds",
+        f"5={eds}",
+        "--cob",
+        "185=5.TPDO1",
+        "--bitrate",
+        "500k",
+        "--stamps",
+        "absolute",
+        "--topic",
+        "/a*",
+    ]
+    assert main(["page", *names, "--merge", *options, "-o", str(output)]) == 0
+    text = output.read_text()
+    assert [json.loads(unescape(one))["recording"] for one, _ in CAPTURE.findall(text)] == [0, 0]
+    (said,) = re.findall(r'id="settings">([^<]*)</script>', text)
+    read = json.loads(said)
+    assert read["merge"] and read["options"]["stamps"] == "absolute" and read["options"]["topics"] == ["/a*"]
+    known = read["options"]["network"]
+    assert known["descriptions"] == [[None, 5, 0]] and known["bitrate"] == 500_000
+    assert known["cobs"] == [[None, 0x185, False, 5, "tpdo", 1]]
+    assert len(known["dictionaries"][0]["rows"]) > 10
+
+
+@pytest.mark.usefixtures("core")
+@pytest.mark.parametrize("damaged", [False, True])
+def test_packed_captures_are_inside_as_they_are_fed(damaged: bool, tmp_path: Path) -> None:
+    data = (SAMPLES / "problems.log").read_bytes()
+    packed = bz2.compress(data)
+    (tmp_path / "a.log.bz2").write_bytes(packed[: len(packed) // 2] if damaged else packed)
+    output = tmp_path / "page.html"
+    assert main(["page", str(tmp_path / "a.log.bz2"), "-o", str(output)]) == 0
+    ((said, inside),) = CAPTURE.findall(output.read_text())
+    about = json.loads(unescape(said))
+    assert about["name"] == "a.log.bz2" and about["format"] == "candump"
+    assert (about["damage"] is not None) == damaged
+    assert damaged or gzip.decompress(base64.b64decode(inside)) == data
+
+
+@pytest.mark.usefixtures("core")
+def test_captures_that_are_too_large_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(html, "MOST", 1 << 20)
+    with pytest.raises(OutputError, match="1 MB"):
+        html.page("en", {}, [[html.Part("a.log", "candump", random.Random(1).randbytes(1 << 20))]])
+
+
 def test_the_same_page_is_written_each_time(core: bytes) -> None:
     assert core
-    assert html.page("en", {}, [("a.log", b"1")]) == html.page("en", {}, [("a.log", b"1")])
-    assert html.page("en", {}, [("a.log", b"1")]) != html.page("en", {}, [("a.log", b"2")])
+    assert html.page("en", {}, [[html.Part("a.log", "candump", b"1")]]) == html.page(
+        "en", {}, [[html.Part("a.log", "candump", b"1")]]
+    )
+    assert html.page("en", {}, [[html.Part("a.log", "candump", b"1")]]) != html.page(
+        "en", {}, [[html.Part("a.log", "candump", b"2")]]
+    )
 
 
 def test_all_words_that_it_says_are_in_it(core: bytes) -> None:

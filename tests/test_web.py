@@ -20,9 +20,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from captures import SAMPLES, TESTS
+from captures import EDS, SAMPLES, TESTS
 
 from canalyze import _core
+from canalyze.configuration.descriptions import network, network_rows
+from canalyze.configuration.network import CanId, Cob, Description, Known, NodeProfile, PdoMapping, SdoChannel
 from canalyze.running.options import SessionOptions
 
 FOLDER = TESTS.parent / "canalyze" / "html"
@@ -109,7 +111,7 @@ def compact(value: Any) -> bytes:
 
 def answer(one: Case) -> str:
     """The digest of all that the installed core gives for a case."""
-    options: Case = one["options"]
+    options: Case = {**one["options"], "network": one.get("known")}
     session = _core.Session(SessionOptions(**options))
     digest = hashlib.sha256()
     session.begin(one["name"], True, one["format"])
@@ -135,7 +137,8 @@ def answer(one: Case) -> str:
 def in_node(cases: list[Case], folder: Path) -> subprocess.Popen[str]:
     """Start the sessions of the core in WebAssembly."""
     assert NODE is not None
-    (folder / "cases.json").write_text(json.dumps(cases))
+    plain_cases = [{name: value for name, value in one.items() if name != "known"} for one in cases]
+    (folder / "cases.json").write_text(json.dumps(plain_cases))
     sources = [str(FOLDER / "worker" / name) for name in ("core.js", "columns.js")]
     line = [NODE, str(TESTS / "web" / "answers.js"), str(WASM), str(folder / "cases.json"), *sources]
     return subprocess.Popen(line, stdout=subprocess.PIPE, text=True)
@@ -170,6 +173,35 @@ def test_damaged_files_are_answered_alike(tmp_path: Path) -> None:
     assert differing(found, tmp_path) == []
 
 
+def described(capture: Path) -> Known:
+    """What options would say of a session of a network: its nodes' descriptions, by the truth beside it."""
+    nodes = json.loads(capture.with_suffix(".json").read_text())["nodes"]
+    eds = tuple(Description(None, (row["node"],), str(EDS / row["eds"])) for row in nodes if row["eds"])
+    return Known(
+        eds,
+        (Cob("can0", CanId(0x18A, False), 10, "tpdo", 1), Cob(None, CanId(0x1C0, False), 64, "tpdo", 1)),
+        (SdoChannel(None, CanId(0x640, False), CanId(0x5C0, False), 64),),
+        sync_period_ns=10_000_000,
+        jitter_ns=1000,
+        bitrate=500_000,
+        pdos=(PdoMapping(None, 5, "tpdo", 1, ((0x1A00, 0, 1), (0x1A00, 1, 0x60410010))),),
+        profiles=(NodeProfile(None, (5,), 402),),
+    )
+
+
+def test_a_known_network_is_known_alike(tmp_path: Path) -> None:
+    found: list[Case] = []
+    plainly: list[Case] = []
+    for path in sorted((SAMPLES / "network").glob("*.log")):
+        given = described(path)
+        rows, known = network_rows(Known(), given), network(Known(), given, None)
+        for one in cases_of(path, "en"):
+            plainly.append(one)
+            found.append({**one, "options": {**one["options"], "network": rows}, "known": known})
+    assert differing(found, tmp_path) == []
+    assert len(differing(plainly[:40], tmp_path, found[:40])) > 5, "what is known changes what is said"
+
+
 @pytest.mark.parametrize("tables", [[], ["transfers"]])
 def test_another_answer_is_seen(tables: list[str], tmp_path: Path) -> None:
     """The comparison itself: sessions whose words or values differ in one place."""
@@ -192,6 +224,8 @@ def test_another_answer_is_seen(tables: list[str], tmp_path: Path) -> None:
         ({"nonsense": 1}, "unknown field"),
         ({"tables": ["nonsense"]}, "transfers"),
         ({"masks": ["can0,zzz"]}, "zzz"),
+        ({"network": {"descriptions": [[None, 5, 0]]}}, "descriptions: 0"),
+        ({"network": {"cobs": [[None, 0x185, False, 5, "nonsense", 1]]}}, "rpdo"),
     ],
 )
 def test_wrong_options_are_refused_in_words(options: dict[str, Any], said: str, tmp_path: Path) -> None:

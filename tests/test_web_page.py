@@ -325,7 +325,7 @@ def test_a_hostile_capture_executes_nothing(browser: Browser, tmp_path: Path) ->
             b"(1.%06d) can0 585#%b" % (1001 + 2 * number, (bytes([head]) + part.ljust(7, b"\0")).hex().encode())
         )
     page = tmp_path / "hostile.html"
-    page.write_bytes(html.page("en", {}, [(f"{HOSTILE}\u202e.log", b"\n".join(frames) + b"\n")]))
+    page.write_bytes(html.page("en", {}, [[html.Part(f"{HOSTILE}\u202e.log", "candump", b"\n".join(frames) + b"\n")]]))
     opened(browser, page)
     assert browser.run("return document.body.dataset.state") == "opened"
     browser.click('[data-panel="transfers"]')

@@ -5,7 +5,7 @@ The core and python-canopen are imported only where something is known, and wher
 
 import os
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from canalyze.configuration.network import Known
 from canalyze.errors import ConfigError, SourceError
@@ -15,6 +15,7 @@ from canalyze.words import Words
 if TYPE_CHECKING:
     from canalyze import _core
     from canalyze.dictionary.model import Dictionary
+    from canalyze.dictionary.table import Row
 
 Carrier = tuple[str | None, int]
 """Bus (None is every bus) and node-ID."""
@@ -46,16 +47,46 @@ def network(
             _say_other_nodes(read[file], nodes, words, say)
             say_defects(read[file], words, say)
     return _core.Network(
-        descriptions=[(_name(bus), node, read[file].table) for (bus, node), file in carried.items()],
-        cobs=[(_name(cob.bus), *cob.can_id, cob.node, cob.direction, cob.number) for cob in known.cobs],
-        values=[(_name(pdo.bus), pdo.node, *value) for pdo in known.pdos for value in pdo.objects],
-        profiles=[(_name(one.bus), node, one.number) for one in known.profiles for node in one.nodes],
-        sdos=[(_name(sdo.bus), *sdo.client, *sdo.server, sdo.node) for sdo in known.sdos],
-        sync_period_ns=known.sync_period_ns,
-        sync_window_ns=known.sync_window_ns,
-        jitter_ns=known.jitter_ns,
-        bitrate=known.bitrate,
+        descriptions=[(_name(bus), node, read[file].table) for (bus, node), file in carried.items()], **_further(known)
     )
+
+
+def network_rows(filed: Known, given: Known, read: "dict[str, Dictionary] | None" = None) -> dict[str, Any]:
+    """Give the same as plain rows for a core that is elsewhere; of what is odd about a description nothing is said."""
+    from canalyze.dictionary.table import arguments
+
+    known = filed.overruled(given)
+    read = {} if read is None else read
+    carried = carriers(filed, given, read) if known.descriptions else {}
+    files = list(dict.fromkeys(carried.values()))
+    tables = ((one.file, one.form, one.device.product_name, one.objects) for one in map(read.__getitem__, files))
+    return {
+        "descriptions": [(_name(bus), node, files.index(file)) for (bus, node), file in carried.items()],
+        "dictionaries": [
+            {name: _in_64_bits(value) if name == "rows" else value for name, value in arguments(*table).items()}
+            for table in tables
+        ],
+        **_further(known),
+    }
+
+
+def _in_64_bits(rows: "list[Row]") -> "list[Row]":
+    """Give rows whose values are the numbers of 64 bits that the core makes of them."""
+    return [(*row[:5], None if row[5] is None else row[5] & (1 << 64) - 1, *row[6:]) for row in rows]
+
+
+def _further(known: Known) -> dict[str, Any]:
+    """Give what is known beside descriptions, by the arguments of the core."""
+    return {
+        "cobs": [(_name(cob.bus), *cob.can_id, cob.node, cob.direction, cob.number) for cob in known.cobs],
+        "values": [(_name(pdo.bus), pdo.node, *value) for pdo in known.pdos for value in pdo.objects],
+        "profiles": [(_name(one.bus), node, one.number) for one in known.profiles for node in one.nodes],
+        "sdos": [(_name(sdo.bus), *sdo.client, *sdo.server, sdo.node) for sdo in known.sdos],
+        "sync_period_ns": known.sync_period_ns,
+        "sync_window_ns": known.sync_window_ns,
+        "jitter_ns": known.jitter_ns,
+        "bitrate": known.bitrate,
+    }
 
 
 def carriers(filed: Known, given: Known, read: "dict[str, Dictionary]") -> dict[Carrier, str]:

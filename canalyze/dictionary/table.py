@@ -5,6 +5,7 @@ Only a change of form: `$NODEID` stays unresolved, and what a mapping or a COB-I
 
 import os
 from collections.abc import Iterable, Iterator
+from typing import Any
 
 from canalyze import _core
 from canalyze.dictionary.model import Entry, NodeOffset, Object
@@ -15,8 +16,13 @@ Row = tuple[int, int, str, int, str, int | None, bool, bool, bool, str, float]
 
 def table(file: str, form: str, product: str | None, objects: Iterable[Object]) -> _core.Dictionary:
     """Give the core's table of a description."""
+    return _core.Dictionary(**arguments(file, form, product, objects))
+
+
+def arguments(file: str, form: str, product: str | None, objects: Iterable[Object]) -> dict[str, Any]:
+    """Give what the core's table is made of."""
     name = os.fsencode(file).decode("utf-8", "backslashreplace")
-    return _core.Dictionary(file=name, form=form, device=product or "", rows=list(rows(objects)))
+    return {"file": name, "form": form, "device": product or "", "rows": list(rows(objects))}
 
 
 def rows(objects: Iterable[Object]) -> Iterator[Row]:

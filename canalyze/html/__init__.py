@@ -8,9 +8,9 @@ import base64
 import gzip
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from canalyze.errors import OutputError
 from canalyze.words import LANGUAGES, sentences
@@ -18,6 +18,8 @@ from canalyze.words import LANGUAGES, sentences
 FOLDER: Final = Path(__file__).parent
 WASM: Final = FOLDER / "core.wasm"
 """Built by `.ci/web`; not there in every installation."""
+MOST: Final = 256 << 20
+"""Characters of packed captures in a page; browsers keep no text of twice the length."""
 PAGE: Final = ("say", "link", "list", "axis", "problems", "tables", "lanes", "plots", "main")
 WORKER: Final = ("core", "columns", "capture", "frames", "tables", "requests", "main")
 _TOPICS: Final = ("html", "problem")
@@ -41,10 +43,25 @@ _DIAGNOSE: Final = (
 """What the page has in common with the report."""
 
 
-def page(lang: str, options: Mapping[str, Any], captures: Iterable[tuple[str, bytes]] = ()) -> bytes:
-    """Give the page. lang: shown first; options: of each session, by their names; captures: names and bytes.
+class Part(NamedTuple):
+    """A file of a capture, as the core reads it."""
 
-    OutputError where the core for it was not built.
+    name: str
+    """For people."""
+    format: str
+    data: bytes
+    """Unpacked, as the session is fed."""
+    damage: Mapping[str, Any] | None = None
+    """Why it goes on no further: kind, offset, bytes."""
+
+
+def page(
+    lang: str, options: Mapping[str, Any], captures: Iterable[Sequence[Part]] = (), *, merge: bool = False
+) -> bytes:
+    """Give the page. lang: shown first; options: of each session, by their names; captures: each with its files.
+
+    merge: the files of a capture are joined by time. OutputError where the core for the page was not built, or where
+    the captures are too large for a page.
     """
     try:
         core = WASM.read_bytes()
@@ -56,8 +73,8 @@ def page(lang: str, options: Mapping[str, Any], captures: Iterable[tuple[str, by
         "policy": _policy(style, script),
         "style": style,
         "words": _json({one: _words(one) for one in LANGUAGES}),
-        "settings": _json({"lang": lang, "options": dict(options)}),
-        "captures": "".join(_capture(name, data) for name, data in captures),
+        "settings": _json({"lang": lang, "merge": merge, "options": dict(options)}),
+        "captures": _captures(captures),
         "worker": _scripts("worker", WORKER),
         "wasm": _packed(core),
         "script": script,
@@ -105,9 +122,19 @@ def _json(value: object) -> str:
     return json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def _capture(name: str, data: bytes) -> str:
-    said = _json(name).replace("&", "&amp;").replace('"', "&quot;")
-    return f'<script type="text/plain" class="capture" data-name="{said}">{_packed(data)}</script>\n'
+def _captures(captures: Iterable[Sequence[Part]]) -> str:
+    found: list[str] = []
+    size = 0
+    for recording, parts in enumerate(captures):
+        for part in parts:
+            about = {"recording": recording, "name": part.name, "format": part.format, "damage": part.damage}
+            said = _json(about).replace("&", "&amp;").replace('"', "&quot;")
+            packed = _packed(part.data)
+            found.append(f'<script type="text/plain" class="capture" data-about="{said}">{packed}</script>\n')
+            size += len(packed)
+            if size > MOST:
+                raise OutputError("page.too_large", most=MOST >> 20)
+    return "".join(found)
 
 
 def _packed(data: bytes) -> str:

@@ -1,6 +1,10 @@
 // The page's side of the worker: requests and answers, bytes of the file, a new worker after a trap.
 
-/** @typedef {{name: string, size: number, read: (at: number, length: number) => Promise<ArrayBuffer>}} Source */
+/**
+ * @typedef {{name: string, size: number, format?: string, damage?: object | null,
+ *   read: (at: number, length: number) => Promise<ArrayBuffer>}} Part A file of a capture.
+ * @typedef {{name: string, parts: Part[]}} Source A capture.
+ */
 
 /** An error of a request; `kind` is the class of the worker's error. */
 class RequestError extends Error {
@@ -66,10 +70,10 @@ class Link {
     }
   }
 
-  /** @param {{at: number, length: number}} wanted @returns {Promise<ArrayBuffer>} */
-  async piece({ at, length }) {
+  /** @param {{part: number, at: number, length: number}} wanted @returns {Promise<ArrayBuffer>} */
+  async piece({ part, at, length }) {
     try {
-      return (await this.source?.read(at, length)) ?? new ArrayBuffer(0);
+      return (await this.source?.parts[part].read(at, length)) ?? new ArrayBuffer(0);
     } catch (error) {
       this.fail("NotReadable", String(error));
       return new ArrayBuffer(0);
@@ -86,19 +90,29 @@ class Link {
   }
 }
 
-/** @param {File} file @returns {Source} */
-function sourceOf(file) {
-  return { name: file.name, size: file.size, read: (at, length) => file.slice(at, at + length).arrayBuffer() };
+/** Returns what the worker is told of a capture. @param {Source} source @param {object} options @param {boolean} merge */
+function described({ parts }, options, merge) {
+  return { parts: parts.map(({ name, size, format, damage }) => ({ name, size, format, damage })), options, merge };
 }
 
-/** Returns the captures inside the page, packed. @returns {Source[]} */
+/** @param {File} file @returns {Source} */
+function sourceOf(file) {
+  const read = (/** @type {number} */ at, /** @type {number} */ length) => file.slice(at, at + length).arrayBuffer();
+  return { name: file.name, parts: [{ name: file.name, size: file.size, read }] };
+}
+
+/** Returns the captures inside the page, whose files are packed. @returns {Source[]} */
 function embeddedSources() {
-  return [...document.querySelectorAll("script.capture")].map((one) => {
+  /** @type {Map<number, Source>} */
+  const found = new Map();
+  for (const one of document.querySelectorAll("script.capture")) {
+    const { recording, name, format, damage } = JSON.parse(one.getAttribute("data-about") ?? "{}");
     const bytes = Uint8Array.from(atob(one.textContent ?? ""), (char) => char.charCodeAt(0));
-    return {
-      name: JSON.parse(one.getAttribute("data-name") ?? '""'),
-      size: bytes.length,
-      read: async (at, length) => bytes.slice(at, at + length).buffer,
-    };
-  });
+    const read = async (/** @type {number} */ at, /** @type {number} */ length) => bytes.slice(at, at + length).buffer;
+    const source = found.get(recording) ?? { name: "", parts: [] };
+    source.parts.push({ name, size: bytes.length, format, damage, read });
+    source.name = source.parts.map((part) => part.name).join(", ");
+    found.set(recording, source);
+  }
+  return [...found.values()];
 }

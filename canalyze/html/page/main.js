@@ -1,6 +1,6 @@
 // The page: what is opened, what is chosen, keys. Each part of it is in a file of its own.
 
-/** @type {{lang: string, options: Record<string, any>}} */
+/** @type {{lang: string, merge: boolean, options: Record<string, any>}} */
 const SETTINGS = embedded("settings");
 const PANELS = ["problems", "nodes", "transfers", "objects", "findings", "plots"];
 /** Forms that a capture can be saved in: their name, the end of the file's name, the options of the session. */
@@ -90,6 +90,11 @@ function notice(text) {
 }
 
 /** @param {Source} source */
+function given(source) {
+  return described(source, { ...SETTINGS.options, lang: language.now }, SETTINGS.merge);
+}
+
+/** @param {Source} source */
 async function open(source) {
   link.restart();
   link.source = source;
@@ -105,8 +110,7 @@ async function open(source) {
   element("name").textContent = printable(source.name);
   document.title = `canalyze: ${printable(source.name)}`;
   await attempt(async () => {
-    const opened = await ask("open", { name: source.name, size: source.size, options: { ...SETTINGS.options, lang: language.now } });
-    page.opened = opened;
+    page.opened = await ask("open", given(source));
     showOpened();
   });
   document.body.dataset.state = page.opened ? "opened" : "failed";
@@ -321,9 +325,8 @@ async function showIndex() {
   const rank = (/** @type {Diagnosis | null} */ one) => (one ? [...STATES.slice(0, 2), "unjudged", "ended"].indexOf(one.worst) : 9);
   for (const source of page.sources) {
     link.source = source;
-    const given = { name: source.name, size: source.size, options: { ...SETTINGS.options, lang: language.now } };
     try {
-      const { problems: all, whole } = await ask("diagnose", given);
+      const { problems: all, whole } = await ask("diagnose", given(source));
       found.push({ source, diagnosis: new Diagnosis(all, whole), problem: "" });
     } catch (error) {
       const kind = error instanceof RequestError ? error.kind : "";

@@ -20,28 +20,32 @@ class Unreadable extends Error {}
  *   wanted?: () => boolean}} Sinks
  */
 
+/**
+ * A file as the page describes it; with a format it is not looked at for one.
+ * @typedef {{name: string, size: number, format?: string, damage?: {kind: string, offset: number, bytes: number | null} | null}} Part
+ */
+
 class Capture {
-  /**
-   * @param {Core} core @param {string} name @param {number} size
-   * @param {(at: number, length: number) => Promise<Uint8Array<ArrayBuffer>>} read
-   */
-  constructor(core, name, size, read) {
+  /** @param {Core} core @param {Part} part @param {(at: number, length: number) => Promise<Uint8Array<ArrayBuffer>>} read */
+  constructor(core, { name, size, format = "", damage = null }, read) {
     this.core = core;
     this.name = name;
     this.size = size;
     this.read = read;
-    this.format = "";
+    this.format = format;
+    this.damage = damage;
     /** @type {((pieces: Pieces) => Pieces)[]} Compression and encoding around the capture, from outside. */
     this.layers = [];
     /** Bytes of the file that have been read. */
     this.at = 0;
     /** True if what is packed is damaged. */
     this.damaged = false;
+    if (format) this.layers.push((pieces) => this.unpacked(pieces)); // inside a page all is packed
   }
 
   /** Finds out the format, as canalyze/sources/format.py does. */
   async look() {
-    for (;;) {
+    while (!this.format) {
       const { form, head } = await this.sniffed();
       if (form === "gzip" && !this.layers.length) {
         this.layers.push((pieces) => this.unpacked(pieces));
@@ -50,7 +54,6 @@ class Capture {
         this.layers.push((pieces) => transcoded(pieces, encoding));
       } else if (FORMATS.includes(form)) {
         this.format = form;
-        return;
       } else {
         throw new Unreadable(form);
       }
@@ -98,7 +101,10 @@ class Capture {
     fed.catch(() => {}); // the reader has the same error
     try {
       for (;;) {
-        const { done, value } = await from.read().catch(() => ({ done: true, value: undefined, ...this.damage() }));
+        const { done, value } = await from.read().catch(() => {
+          this.damaged = true;
+          return { done: true, value: undefined };
+        });
         if (done || !value) return;
         yield value;
       }
@@ -108,31 +114,64 @@ class Capture {
     }
   }
 
-  damage() {
-    this.damaged = true;
-    return {};
+  /** Ends the file in the session. @param {number} place */
+  end(place) {
+    if (this.damage) this.core.damaged(this.damage, place);
+    return this.core.end(this.damaged, place);
+  }
+}
+
+/** The files of one capture, one after the other or joined by time. */
+class Recording {
+  /** @param {Core} core @param {Capture[]} captures @param {boolean} merge */
+  constructor(core, captures, merge) {
+    this.core = core;
+    this.captures = captures;
+    this.merge = merge;
   }
 
-  /** Runs a session over the file. @param {object} options @param {Sinks} sinks */
+  get damaged() {
+    return this.captures.some((one) => one.damaged);
+  }
+
+  get format() {
+    return [...new Set(this.captures.map((one) => one.format))].join(", ");
+  }
+
+  get share() {
+    const [at, size] = this.captures.reduce(([sum, whole], one) => [sum + one.at, whole + one.size], [0, 0]);
+    return size ? at / size : 1;
+  }
+
+  async look() {
+    for (const one of this.captures) await one.look();
+  }
+
+  /** Runs a session over all files. @param {object} options @param {Sinks} sinks */
   async pass(options, { take, write, progress, wanted }) {
     const { core } = this;
     core.open(options);
-    core.begin(this.name, this.format);
     const taken = (/** @type {boolean} */ flush) => {
       if (take) for (const batch of core.batches(flush)) take(batch.table, batch.rows, core.columns(batch));
     };
     const out = (/** @type {Uint8Array<ArrayBuffer>} */ bytes) => {
+      if (wanted && !wanted()) throw new Superseded();
       if (bytes.length && write) write(bytes);
       taken(false);
+      progress?.(this.share);
     };
-    this.damaged = false;
-    for await (const piece of this.pieces()) {
-      if (wanted && !wanted()) throw new Superseded();
-      out(core.feed(piece));
-      progress?.(this.size ? this.at / this.size : 1);
-      if (core.done) break;
+    for (const one of this.captures) Object.assign(one, { at: 0, damaged: false });
+    for (const group of this.merge ? [this.captures] : this.captures.map((one) => [one])) {
+      const pieces = group.map((one, place) => {
+        core.begin(one.name, one.format, place);
+        return one.pieces();
+      });
+      for (let place = core.wants; place >= 0 && !core.done; place = core.wants) {
+        const { done, value } = await pieces[place].next();
+        out(done ? group[place].end(place) : core.feed(value, place));
+      }
+      for (const one of pieces) await one.return(undefined);
     }
-    out(core.end(this.damaged));
     out(core.finish());
     taken(true);
   }

@@ -62,21 +62,32 @@ class Core {
     return this.text(this.exports.sniffed(complete));
   }
 
-  /** @param {string} name @param {string} format */
-  begin(name, format) {
+  /** @param {string} name @param {string} format @param {number} [place] Of several files that are joined by time. */
+  begin(name, format, place = 0) {
     this.putJson({ name, format, regular: true });
-    this.accept(this.exports.begin(0));
+    this.accept(this.exports.begin(place));
   }
 
-  /** @param {Uint8Array} bytes */
-  feed(bytes) {
+  /** @param {Uint8Array} bytes @param {number} [place] */
+  feed(bytes, place = 0) {
     this.put(bytes);
-    return this.taken(this.exports.feed(0));
+    return this.taken(this.exports.feed(place));
   }
 
-  /** @param {boolean} interrupted */
-  end(interrupted) {
-    return this.taken(this.exports.end(0, interrupted));
+  /** @param {{kind: string, offset: number, bytes: number | null}} damage @param {number} [place] */
+  damaged(damage, place = 0) {
+    this.putJson(damage);
+    this.accept(this.exports.damaged(place));
+  }
+
+  /** @param {boolean} interrupted @param {number} [place] */
+  end(interrupted, place = 0) {
+    return this.taken(this.exports.end(place, interrupted));
+  }
+
+  /** @returns {number} The place of the file that has to be fed next; -1 if there is none. */
+  get wants() {
+    return this.exports.wants();
   }
 
   finish() {

@@ -13,8 +13,8 @@ class Requests {
     this.core = core;
     this.post = post;
     this.frames = new Frames();
-    /** @type {Capture | null} */
-    this.capture = null;
+    /** @type {Recording | null} */
+    this.recording = null;
     this.options = {};
     /** The last request of each kind: an earlier one that still runs is given up. */
     this.last = new Map();
@@ -26,12 +26,20 @@ class Requests {
     this.tables = new Map();
   }
 
-  /** @param {number} at @param {number} length @returns {Promise<Uint8Array<ArrayBuffer>>} */
-  read(at, length) {
+  /** @param {number} part @param {number} at @param {number} length @returns {Promise<Uint8Array<ArrayBuffer>>} */
+  read(part, at, length) {
     return new Promise((done) => {
       this.waiting = done;
-      this.post({ read: { at, length } });
+      this.post({ read: { part, at, length } });
     });
+  }
+
+  /** @param {{parts: Part[], merge: boolean}} given */
+  async looked({ parts, merge }) {
+    const captures = parts.map((part, place) => new Capture(this.core, part, (at, length) => this.read(place, at, length)));
+    const recording = new Recording(this.core, captures, merge);
+    await recording.look();
+    return recording;
   }
 
   /** @param {string} kind @returns {() => boolean} True until another request of its kind has come. */
@@ -42,19 +50,17 @@ class Requests {
   }
 
   get opened() {
-    if (!this.capture) throw new Superseded();
-    return this.capture;
+    if (!this.recording) throw new Superseded();
+    return this.recording;
   }
 
-  /** @param {{name: string, size: number, options: object}} asked */
-  async open({ name, size, options }) {
+  /** @param {{parts: Part[], merge: boolean, options: object}} asked */
+  async open({ parts, merge, options }) {
     this.frames = new Frames();
     this.series = new Map();
     this.options = options;
-    this.capture = null;
-    const capture = new Capture(this.core, name, size, (at, length) => this.read(at, length));
-    await capture.look();
-    this.capture = capture;
+    this.recording = null;
+    this.recording = await this.looked({ parts, merge });
     this.tables = new Map(["transfers", "findings"].map((table) => [table, new Rows(table)]));
     const lanes = new Lanes();
     const take = (/** @type {string} */ table, /** @type {number} */ rows, /** @type {Record<string, Column>} */ columns) => {
@@ -71,8 +77,8 @@ class Requests {
     const records = lines(written);
     const whole = records.find((one) => one.kind === "diagnosis");
     return {
-      format: capture.format,
-      damaged: capture.damaged,
+      format: this.recording.format,
+      damaged: this.recording.damaged,
       problems: records.filter((one) => one.kind === "problem"),
       whole: { ...whole, nature: this.core.nature() },
       counts: Object.fromEntries([...this.tables].map(([table, { count }]) => [table, count])),
@@ -95,13 +101,12 @@ class Requests {
     await this.opened.pass({ ...this.options, ...options }, { progress, ...sinks });
   }
 
-  /** Diagnoses without keeping frames, for an index. @param {{name: string, size: number, options: object}} asked */
-  async diagnose({ name, size, options }) {
-    const capture = new Capture(this.core, name, size, (at, length) => this.read(at, length));
-    await capture.look();
+  /** Diagnoses without keeping frames, for an index. @param {{parts: Part[], merge: boolean, options: object}} asked */
+  async diagnose({ parts, merge, options }) {
+    const recording = await this.looked({ parts, merge });
     /** @type {Uint8Array[]} */
     const written = [];
-    await capture.pass({ ...options, format: "diagnosis" }, { write: (bytes) => written.push(bytes) });
+    await recording.pass({ ...options, format: "diagnosis" }, { write: (bytes) => written.push(bytes) });
     const records = lines(written);
     const whole = records.find((one) => one.kind === "diagnosis");
     return { problems: records.filter((one) => one.kind === "problem"), whole: { ...whole, nature: this.core.nature() } };

@@ -1,10 +1,11 @@
 //! The options of a session and the description of a file, read from JSON.
 //!
 //! Names and meanings are those of `canalyze/running/options.py`, whose words the binding for Python reads by the same
-//! tables. What is known of a network from descriptions is not among them yet.
+//! tables; `network` has the arguments of `_core.Network`, with those of `_core.Dictionary` for each description.
 
 use std::sync::Arc;
 
+use canalyze_core::bytes::frame::CanId;
 use canalyze_core::bytes::masks::Masks;
 use canalyze_core::bytes::readers;
 use canalyze_core::bytes::readers::candump::Stamps;
@@ -17,7 +18,8 @@ use canalyze_core::tables::columns::Name;
 use canalyze_core::views::filter::Filter;
 use canalyze_core::views::lines::{Look, Time};
 use canalyze_core::words::{Depth, Lang, complaints};
-use canalyze_core::world::network::Network;
+use canalyze_core::world::dictionary::{Dictionary, Form, Object, ObjectRow};
+use canalyze_core::world::network::{Cob, Description, GivenProfile, GivenValue, Network, Sdo};
 use serde::Deserialize;
 
 /// Returns the choice of this name, or an error with all names.
@@ -47,6 +49,88 @@ impl GivenFile {
     }
 }
 
+/// Damage that ends a file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GivenDamage {
+    /// The kind by its name.
+    pub kind: String,
+    /// The offset in the file, in bytes.
+    pub offset: u64,
+    /// The number of bytes from there on.
+    pub bytes: Option<u64>,
+}
+
+/// A bus; `None`: every bus.
+type GivenBus = Option<String>;
+
+/// A device description.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GivenDictionary {
+    file: String,
+    form: String,
+    device: String,
+    rows: Vec<ObjectRow>,
+}
+
+/// The known facts about a network, in the rows of `_core.Network`.
+#[derive(Deserialize, Default)]
+#[serde(default, deny_unknown_fields)]
+struct GivenNetwork {
+    descriptions: Vec<(GivenBus, u8, usize)>,
+    /// The descriptions that nodes have, by their places.
+    dictionaries: Vec<GivenDictionary>,
+    cobs: Vec<(GivenBus, u32, bool, u8, String, u16)>,
+    values: Vec<(GivenBus, u8, u16, u8, u64)>,
+    profiles: Vec<(GivenBus, u8, u16)>,
+    sdos: Vec<(GivenBus, u32, bool, u32, bool, u8)>,
+    sync_period_ns: Option<i64>,
+    sync_window_ns: Option<i64>,
+    jitter_ns: Option<i64>,
+    bitrate: Option<u32>,
+}
+
+impl GivenNetwork {
+    /// Returns the facts for the core.
+    fn known(self) -> Result<Network, String> {
+        let table = |given: GivenDictionary| {
+            let form = choose("form", &given.form, Form::NAMES)?;
+            let objects = given.rows.into_iter().map(Object::from_row).collect::<Result<_, _>>()?;
+            Ok(Arc::new(Dictionary::new(given.file, form, given.device, objects)))
+        };
+        let tables = self.dictionaries.into_iter().map(table).collect::<Result<Vec<_>, String>>()?;
+        let describe = |(bus, node, place): (GivenBus, u8, usize)| {
+            let dictionary = Arc::clone(tables.get(place).ok_or_else(|| format!("descriptions: {place}"))?);
+            Ok(Description { bus, node, dictionary })
+        };
+        let cob = |(bus, id, extended, node, direction, number): (_, _, _, _, String, _)| {
+            let transmit = choose("direction", &direction, &[("tpdo", true), ("rpdo", false)])?;
+            Ok(Cob { bus, id: identifier(id, extended), node, transmit, number })
+        };
+        let value = |(bus, node, index, sub, value)| GivenValue { bus, node, index, sub, value };
+        let sdo = |(bus, client, client_extended, server, server_extended, node)| {
+            let (client, server) = (identifier(client, client_extended), identifier(server, server_extended));
+            Sdo { bus, client, server, node }
+        };
+        Ok(Network {
+            descriptions: self.descriptions.into_iter().map(describe).collect::<Result<_, String>>()?,
+            cobs: self.cobs.into_iter().map(cob).collect::<Result<_, String>>()?,
+            values: self.values.into_iter().map(value).collect(),
+            profiles: self.profiles.into_iter().map(|(bus, node, number)| GivenProfile { bus, node, number }).collect(),
+            sdos: self.sdos.into_iter().map(sdo).collect(),
+            sync_period_ns: self.sync_period_ns,
+            sync_window_ns: self.sync_window_ns,
+            jitter_ns: self.jitter_ns,
+            bit_rate: self.bitrate,
+        })
+    }
+}
+
+fn identifier(id: u32, extended: bool) -> CanId {
+    if extended { CanId::extended(id) } else { CanId::standard((id & 0x7FF) as u16) }
+}
+
 /// The options as they are given; those that are not have the values of a session without options.
 #[derive(Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -72,8 +156,7 @@ pub struct GivenOptions {
     until_ns: Option<i64>,
     coloured: bool,
     numbered: bool,
-    /// The bit rate of the buses, where it is known.
-    bitrate: Option<u32>,
+    network: GivenNetwork,
 }
 
 impl Default for GivenOptions {
@@ -100,7 +183,7 @@ impl Default for GivenOptions {
             until_ns: None,
             coloured: false,
             numbered: false,
-            bitrate: None,
+            network: GivenNetwork::default(),
         }
     }
 }
@@ -144,7 +227,7 @@ impl GivenOptions {
             extract: false,
         };
         let stamps = choose("stamps", &self.stamps, Stamps::NAMES)?;
-        let network = Network { bit_rate: self.bitrate, ..Network::default() };
+        let network = self.network.known()?;
         Ok(Options {
             lang,
             reading: readers::Settings { stamps, regular: false, mcap },

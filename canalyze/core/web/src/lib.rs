@@ -10,12 +10,13 @@ pub mod layout;
 
 use std::cell::RefCell;
 
-use canalyze_core::bytes::readers::{InputFormat, sniff};
+use canalyze_core::bytes::readers::{Damage, FilePlace, InputFormat, sniff};
 use canalyze_core::session::Session;
 use canalyze_core::tables::columns::Batch;
+use canalyze_core::tables::jsonl::DAMAGES;
 use serde_json::json;
 
-use self::given::{GivenFile, GivenOptions, choose};
+use self::given::{GivenDamage, GivenFile, GivenOptions, choose};
 
 #[derive(Default)]
 struct State {
@@ -104,7 +105,10 @@ pub extern "C" fn begin(place: usize) -> usize {
     with(|state| {
         let State { input, output, session, .. } = state;
         let file = GivenFile::read(input).and_then(|file| {
-            let format = choose("format", &file.format, InputFormat::NAMES)?;
+            let format = match file.format.as_str() {
+                "packed" => InputFormat::Packed, // records of python-can's reader
+                format => choose("format", format, InputFormat::NAMES)?,
+            };
             if let Some(session) = session {
                 session.begin_one(place, file.name.as_bytes(), format, file.regular);
             }
@@ -118,6 +122,25 @@ pub extern "C" fn begin(place: usize) -> usize {
 #[unsafe(no_mangle)]
 pub extern "C" fn feed(place: usize) -> usize {
     step(|session, input, output| session.feed_one(place, input, output))
+}
+
+/// Reports that a file goes on no further: the input has kind, offset and, if known, number of bytes from there on.
+/// Returns the length of an error; 0 without one.
+#[unsafe(no_mangle)]
+pub extern "C" fn damaged(place: usize) -> usize {
+    with(|state| {
+        let State { input, output, session, .. } = state;
+        let damage =
+            serde_json::from_slice::<GivenDamage>(input).map_err(|error| error.to_string()).and_then(|given| {
+                let kind = choose("kind", &given.kind, DAMAGES)?;
+                if let Some(session) = session {
+                    let place_of = FilePlace::Byte(given.offset);
+                    session.damaged(place, Damage { place: place_of, kind, bytes: given.bytes, frames: None });
+                }
+                Ok(())
+            });
+        report(output, damage)
+    })
 }
 
 /// Ends a file.
