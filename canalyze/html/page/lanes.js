@@ -25,7 +25,7 @@ class LaneView {
     this.canvas = box.querySelector("canvas");
     this.axis = axis;
     this.act = act;
-    /** @type {{name: string, id: number, bars: {from: number, to: number, colour: string, text: string}[]}[]} */
+    /** @type {{name: string, id: number, cause: number, bars: {from: number, to: number, colour: string, text: string}[]}[]} */
     this.rows = [];
     axis.views.push(() => this.draw());
     new ResizeObserver(() => axis.changed()).observe(box);
@@ -39,7 +39,7 @@ class LaneView {
       const from = diagnosis.since(one.begin?.t ?? null);
       const to = one.end ? diagnosis.since(one.end.t) : end;
       const bars = from === null ? [] : [{ from, to: to ?? end, colour: COLOURS.problems[one.status], text: printable(one.message) }];
-      return { name: `${one.id}`, id: one.id, bars };
+      return { name: `${one.id}`, id: one.id, cause: one.cause?.id ?? 0, bars };
     });
     const states = lanes.slice(0, MOST_ROWS_OF_LANES).map(({ name, words, t, state }) => {
       const kind = name.slice(0, name.indexOf("/"));
@@ -52,7 +52,7 @@ class LaneView {
         const look = looks[state[at]];
         if (look?.colour) bars.push({ from: t[at], to: at + 1 < t.length ? t[at + 1] : end, ...look });
       }
-      return { name: laneName(name), id: 0, bars };
+      return { name: laneName(name), id: 0, cause: 0, bars };
     });
     this.rows = [...problems, ...states];
     this.axis.changed();
@@ -106,10 +106,34 @@ class LaneView {
       }
       pen.restore();
     });
+    this.arrows(pen, x, text);
     if (axis.cursor !== null) {
       pen.fillStyle = colour("--link");
       pen.fillRect(x(axis.cursor) - 0.75, 0, 1.5, HEAD_ROW + rows.length * LANE);
     }
+  }
+
+  /** Draws an arrow from each cause to what comes from it. @param {any} pen @param {(t: number) => number} x @param {string} text */
+  arrows(pen, x, text) {
+    const middle = (/** @type {number} */ row) => HEAD_ROW + row * LANE + LANE / 2;
+    pen.strokeStyle = text;
+    pen.fillStyle = text;
+    this.rows.forEach(({ cause, bars }, row) => {
+      const from = cause ? this.rows.findIndex(({ id }) => id === cause) : -1;
+      if (from < 0 || !bars.length || !this.rows[from].bars.length) return;
+      const [x1, x2] = [x(this.rows[from].bars[0].from), x(bars[0].from)];
+      if (Math.min(x1, x2) < LEFT - 8) return;
+      const [y1, y2] = [middle(from) + LANE / 2 - 2, middle(row)];
+      pen.beginPath();
+      pen.moveTo(x1 + 1, y1);
+      pen.bezierCurveTo(x1 + 1, y2, x2 - 14, y2, x2 - 3, y2);
+      pen.stroke();
+      pen.beginPath();
+      pen.moveTo(x2, y2);
+      pen.lineTo(x2 - 6, y2 - 3.5);
+      pen.lineTo(x2 - 6, y2 + 3.5);
+      pen.fill();
+    });
   }
 }
 

@@ -2,6 +2,8 @@
 
 /** @type {{lang: string, merge: boolean, options: Record<string, any>}} */
 const SETTINGS = embedded("settings");
+/** Time before and behind the begin of a problem whose signals are drawn. */
+const AROUND_NS = 2e9;
 const PANELS = ["problems", "nodes", "transfers", "objects", "findings", "plots"];
 /** Forms that a capture can be saved in: their name, the end of the file's name, the options of the session. */
 const SAVED = /** @type {[string, string, object][]} */ ([
@@ -47,10 +49,13 @@ const problems = new ProblemList(element("problems"), {
   frame: (frame) => goTo(frame),
   chosen: (one) => mark(one),
   filter: (expression) => filter(expression),
+  lines: (frames) => ask("lines", { frames }),
   plot: (one) => {
     const [node] = [one.subject.node, ...(one.subject.nodes ?? [])].filter((/** @type {any} */ node) => node || node === 0);
     show("plots");
-    fill("plots", () => plots.open([one.subject.bus, node].filter((part) => part || part === 0).join(" ")));
+    const begin = problems.diagnosis?.since(one.begin?.t ?? null) ?? null;
+    if (begin !== null) axis.show(begin - AROUND_NS, begin + AROUND_NS);
+    fill("plots", () => plots.open([one.subject.bus, node, ""].filter((part) => part !== undefined && part !== null).join(" "), true));
   },
 });
 const plots = new PlotPanel(element("plots"), axis, ask, goToTime);
@@ -125,6 +130,7 @@ function showOpened() {
   element("verdict").className = diagnosis.worst;
   element("extent").textContent = [diagnosis.extent, opened.format].join(" · ");
   const damaged = opened.damaged ? [say("html.damaged")] : [];
+  if (opened.count < opened.whole.frames) damaged.push(say("html.part", { count: opened.count, all: opened.whole.frames }));
   notice([...diagnosis.notices, ...damaged, ...opened.complaints.map(printable)].join("\n"));
   list.begin = opened.begin;
   list.reset(opened.count);
@@ -137,6 +143,7 @@ function showOpened() {
   showTabs();
   show("problems");
   element("filter").querySelector("output").textContent = say("html.frames", { count: opened.count });
+  problems.begin();
 }
 
 function showTabs() {
@@ -227,9 +234,9 @@ async function goToTime(t) {
 
 /** Shows a frame in the detail: its line at once, its explanation when it comes. @param {number} frame */
 async function explain(frame) {
-  if (!page.opened || frame < 1 || frame > page.opened.count) return;
-  const row = await ask("row", { frame });
-  axis.point(row.t);
+  if (!page.opened) return;
+  const row = (await ask("row", { frame })) ?? { t: null, bus: "", node: null, line: "" };
+  if (row.t !== null) axis.point(row.t);
   const actions = make("div", { className: "actions" });
   const action = (/** @type {string} */ said, /** @type {() => void} */ act) =>
     actions.append(make("button", { type: "button", onclick: act }, said));
@@ -441,7 +448,7 @@ function begin() {
     if (files.length) openAll(files.map(sourceOf));
   });
   addEventListener("beforeprint", () => {
-    for (const one of document.querySelectorAll("details.problem")) /** @type {any} */ (one).open = true;
+    for (const one of document.querySelectorAll("details.problem, details.near")) /** @type {any} */ (one).open = true;
   });
   speak(SETTINGS.lang);
   const inside = embeddedSources();

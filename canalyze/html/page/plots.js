@@ -30,17 +30,22 @@ class PlotPanel {
     this.box.replaceChildren();
   }
 
-  /** Lists the signals. @param {string} [wanted] Text that their names begin with. */
-  async open(wanted = "") {
+  /**
+   * Lists the signals. @param {string} [wanted] Text in their names.
+   * @param {boolean} [choose] Draws the first of them.
+   */
+  async open(wanted = "", choose = false) {
     if (!this.signals) {
       this.box.replaceChildren(make("p", {}, say("html.reading")));
       this.signals = await this.ask("signals", {});
     }
+    const lower = wanted.trim().toLowerCase();
+    if (choose) this.chosen = (this.signals ?? []).map(({ name }) => name).filter((name) => name.toLowerCase().startsWith(lower)).slice(0, 4);
     this.list = make("div", { className: "signals" });
     this.area = make("div");
-    const search = make("input", { type: "search", placeholder: say("html.search"), value: wanted, oninput: () => this.fill(search.value) });
+    const search = make("input", { type: "search", placeholder: say("html.search"), value: wanted.trim(), oninput: () => this.fill(search.value) });
     this.box.replaceChildren(make("p", {}, search), this.list, this.area);
-    this.fill(wanted);
+    this.fill(wanted.trim());
     await this.plot();
   }
 

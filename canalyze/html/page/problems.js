@@ -3,6 +3,8 @@
 /** @typedef {Record<string, any>} Problem */
 
 const STATES = ["open", "unknown", "ended", "harmless"];
+/** Frames of a problem that are listed with those around them. */
+const MOST_STEPS = 16;
 const MARKS = /** @type {Record<string, string>} */ ({ open: "✖", unknown: "?", ended: "✔", unjudged: "-" });
 
 class Diagnosis {
@@ -86,7 +88,7 @@ class ProblemList {
   /**
    * @param {any} box
    * @param {{frame: (frame: number) => void, chosen: (one: Problem) => void, filter: (expression: string) => void,
-   *   plot: (one: Problem) => void}} act
+   *   plot: (one: Problem) => void, lines: (frames: number[]) => Promise<{frame: number, line: string}[]>}} act
    */
   constructor(box, act) {
     this.box = box;
@@ -94,6 +96,12 @@ class ProblemList {
     /** @type {Map<number, any>} */
     this.shown = new Map();
     this.chosen = 0;
+  }
+
+  /** Opens on the most important problem. */
+  begin() {
+    const [first] = this.diagnosis?.listed ?? [];
+    if (first && first.one.status !== "harmless" && first.one.begin?.frame) this.open(first.one, first.one.begin.frame);
   }
 
   /** @param {Diagnosis} diagnosis */
@@ -199,8 +207,24 @@ class ProblemList {
       action(say("html.only_node", { node }), () => this.act.filter(`node=${node}`));
     }
     if (nodes.length) action(say("html.plot"), () => this.act.plot(one));
-    said.push(actions);
+    const near = make("details", { className: "near" }, make("summary", {}, say("html.near")), make("div"));
+    said.push(actions, near);
+    this.fill(near.lastElementChild, frames);
     return said;
+  }
+
+  /** Lists frames with those around them; printed with the problem. @param {any} box @param {number[]} frames */
+  async fill(box, frames) {
+    const wanted = frames.slice(0, MOST_STEPS).flatMap((frame) => [-2, -1, 0, 1, 2].map((by) => frame + by));
+    const lines = await this.act.lines(wanted);
+    const own = new Set(frames);
+    let before = 0;
+    for (const { frame, line } of lines) {
+      if (before && frame > before + 1) box.append(make("p", {}, "…"));
+      before = frame;
+      const button = frameButton(frame, this.act.frame);
+      box.append(make("p", { className: own.has(frame) ? "own" : "" }, button, ` ${printable(line)}`));
+    }
   }
 
   /** @param {number} id */

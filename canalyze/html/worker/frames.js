@@ -1,5 +1,8 @@
 // The frames of a capture with their meaning, kept as bytes: a hundred for each frame at most.
 
+/** Frames that are kept: more would not fit into the memory of a page. */
+const MOST_FRAMES = 4000000;
+
 class Frames {
   constructor() {
     /** @type {{rows: number, t: BigInt64Array, valid: Uint8Array | null, bus: Int32Array, buses: string[],
@@ -16,6 +19,7 @@ class Frames {
 
   /** @param {number} rows @param {Record<string, Column>} columns Of the table listing. */
   add(rows, columns) {
+    if (this.count >= MOST_FRAMES) return;
     const { t_ns: t, bus, node, severity, line } = columns;
     const levels = severity.words.map((word) => LEVELS.indexOf(word) + 1);
     const marks = new Uint8Array(rows);
@@ -58,8 +62,9 @@ class Frames {
     return part.valid && !part.valid[row] ? null : Number(part.t[row] - this.begin);
   }
 
-  /** @param {number} frame */
+  /** @param {number} frame @returns {any} Null for a frame that is not kept. */
   of(frame) {
+    if (frame < 1 || frame > this.count) return null;
     const [part, row] = this.find(frame - 1);
     const node = part.node[row];
     return {

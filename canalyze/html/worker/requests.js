@@ -127,6 +127,12 @@ class Requests {
     return this.frames.place(frame);
   }
 
+  /** Returns the lines of frames, each once. @param {{frames: number[]}} asked @returns {{frame: number, line: string}[]} */
+  lines({ frames }) {
+    const kept = [...new Set(frames)].sort((one, other) => one - other).filter((frame) => this.frames.of(frame));
+    return kept.map((frame) => ({ frame, line: this.frames.of(frame).line }));
+  }
+
   /** @param {{t: number}} asked */
   frameAt({ t }) {
     return this.frames.at(t);
@@ -148,7 +154,7 @@ class Requests {
       });
       const shown = new Uint32Array(found.reduce((length, one) => length + one.length, 0));
       found.reduce((at, one) => (shown.set(one, at), at + one.length), 0);
-      this.frames.shown = shown;
+      this.frames.shown = shown.filter((index) => index < this.frames.count);
     }
     return this.frames.length;
   }
