@@ -25,10 +25,12 @@ from bench_captures import capture_lines
 from captures import SAMPLES, TESTS, log_text, read_log, session_output
 from conftest import Runner
 from diagnoses import diagnosed
-from test_web import WASM, WEB
+from test_web import WASM, WEB, described
 from web_browsers import CHROMEDRIVER, CHROMIUM, FIREFOX, Browser, Chromium, chromium, firefox
 
 from canalyze import _core, html
+from canalyze.configuration.descriptions import network, network_rows
+from canalyze.configuration.network import Known
 from canalyze.running.options import SessionOptions
 
 PROBLEMS = SAMPLES / "problems.log"
@@ -351,6 +353,52 @@ def test_several_captures_are_listed(browser: Browser, empty: Path) -> None:
     browser.click("#index .frame")
     browser.wait(CHECKED)
     assert text(browser, "#verdict").startswith("✖ 1 open problem")
+
+
+def test_files_that_follow_one_another_are_one_capture(browser: Browser, empty: Path, tmp_path: Path) -> None:
+    """As on the command line: by stamps of a calendar within 5 s, on the same bus."""
+    lines = PROBLEMS.read_bytes().splitlines(keepends=True)
+    middle = len(lines) // 2
+    (tmp_path / "a.log").write_bytes(b"".join(lines[middle:]))
+    (tmp_path / "b.log").write_bytes(b"".join(lines[:middle]))
+    opened(browser, empty, tmp_path / "a.log", tmp_path / "b.log")
+    assert browser.run("return document.body.dataset.state") == "opened"
+    assert text(browser, "#name") == "b.log, a.log"
+    assert text(browser, "#verdict") == "✖ 1 open problem, 1 ended, 1 harmless"
+    late = b"".join(lines[middle:]).replace(b"(17000000", b"(17000900")
+    (tmp_path / "a.log").write_bytes(late)
+    browser.run('document.body.dataset.state = ""')
+    browser.choose("#file", tmp_path / "a.log", tmp_path / "b.log")
+    browser.wait('document.body.dataset.state === "index"')
+
+
+def test_files_are_joined_by_time(browser: Browser, tmp_path: Path) -> None:
+    lines = [line for line in PROBLEMS.read_bytes().splitlines(keepends=True) if line.startswith(b"(")]
+    parts = [html.Part(name, "candump", b"".join(lines[at::2])) for at, name in enumerate(("a.log", "b.log"))]
+    page = tmp_path / "merged.html"
+    page.write_bytes(html.page("en", {}, [parts], merge=True))
+    opened(browser, page)
+    assert text(browser, "#verdict") == "✖ 1 open problem, 1 ended, 1 harmless"
+    assert "175 frames" in text(browser, "#extent")
+
+
+def test_what_is_known_of_the_network_counts(browser: Browser, tmp_path: Path) -> None:
+    """Names of a description, in a page with the capture inside."""
+    capture = next(path for path in sorted((SAMPLES / "network").glob("*.log")) if described(path).descriptions)
+    known = described(capture)
+    page = tmp_path / "known.html"
+    part = html.Part(capture.name, "candump", capture.read_bytes())
+    page.write_bytes(html.page("en", {"network": network_rows(Known(), known)}, [[part]]))
+    opened(browser, page)
+    session = _core.Session(SessionOptions("en", "columns", tables=("signals",), network=network(Known(), known, None)))
+    session.begin(capture.name, True)
+    session.feed(capture.read_bytes())
+    session.finish()
+    names = {name for _, batch in session.batches(flush=True) for name in batch.column("signal")}
+    browser.click('[data-panel="plots"]')
+    browser.wait('document.querySelector("#plots label, #plots .signals p")', 30)
+    shown = text(browser, "#plots .signals")
+    assert names and any(name in shown for name in names)
 
 
 def test_a_trap_is_said_and_the_page_goes_on(browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,7 +20,7 @@ WASM: Final = FOLDER / "core.wasm"
 """Built by `.ci/web`; not there in every installation."""
 MOST: Final = 256 << 20
 """Characters of packed captures in a page; browsers keep no text of twice the length."""
-PAGE: Final = ("say", "link", "list", "axis", "problems", "tables", "lanes", "plots", "main")
+PAGE: Final = ("say", "link", "list", "axis", "problems", "tables", "lanes", "plots", "recordings", "main")
 WORKER: Final = ("core", "columns", "capture", "frames", "tables", "requests", "main")
 _TOPICS: Final = ("html", "problem")
 _DIAGNOSE: Final = (

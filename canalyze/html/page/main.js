@@ -314,9 +314,26 @@ function save(name) {
 
 /** @param {Source[]} sources */
 async function openAll(sources) {
-  page.sources = sources;
-  if (sources.length === 1) await open(sources[0]);
-  else if (sources.length) await showIndex();
+  page.sources = sources.length > 1 ? await grouped(sources) : sources;
+  if (page.sources.length === 1) await open(page.sources[0]);
+  else if (page.sources.length) await showIndex();
+}
+
+/** Joins files that follow one another. @param {Source[]} sources */
+async function grouped(sources) {
+  if (SETTINGS.merge) return [joinedSource(sources)];
+  link.restart();
+  /** @type {Span[]} */
+  const spans = [];
+  for (const source of sources) {
+    link.source = source;
+    const span = source.parts.length > 1 ? null : await ask("span", given(source)).catch(() => null);
+    const time = (/** @type {string | null | undefined} */ t) => (t ? nanoseconds(t) : null);
+    spans.push({ source, begin: time(span?.first), end: time(span?.last), buses: span?.buses ?? [] });
+  }
+  link.source = null;
+  element("progress").hidden = true;
+  return recordingsOf(spans);
 }
 
 /** Diagnoses each of several captures and lists them, the worst first. */

@@ -112,6 +112,16 @@ class Requests {
     return { problems: records.filter((one) => one.kind === "problem"), whole: { ...whole, nature: this.core.nature() } };
   }
 
+  /** Returns the first and last time of a file and its buses. @param {{parts: Part[], merge: boolean, options: object}} asked */
+  async span({ parts, merge, options }) {
+    const recording = await this.looked({ parts, merge });
+    /** @type {Uint8Array[]} */
+    const written = [];
+    await recording.pass({ ...options, format: "info" }, { write: (bytes) => written.push(bytes) });
+    const [record] = lines(written);
+    return { first: record?.first_t, last: record?.last_t, buses: record?.buses.map((/** @type {any} */ one) => one.bus) };
+  }
+
   /** @param {{from: number, count: number}} asked */
   rows({ from, count }) {
     return this.frames.rows(from, count);
