@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import zstandard
 from bench_captures import capture_lines
 from captures import SAMPLES, TESTS, log_text, read_log, session_output
 from conftest import Runner
@@ -281,11 +282,12 @@ def test_lanes_lead_to_frames_and_zoom(browser: Browser, empty: Path) -> None:
     browser.wait('document.querySelector("#problem-2.chosen")')
 
 
-@pytest.mark.parametrize("packed", ["gzip", "utf-16"])
+@pytest.mark.parametrize("packed", ["gzip", "zstd", "utf-16"])
 def test_packed_and_recoded_captures_are_read(packed: str, browser: Browser, empty: Path, tmp_path: Path) -> None:
     data = PROBLEMS.read_bytes()
     path = tmp_path / "capture.bin"
-    path.write_bytes(gzip.compress(data) if packed == "gzip" else data.decode().encode("utf-16"))
+    forms = {"gzip": gzip.compress(data), "zstd": zstandard.compress(data), "utf-16": data.decode().encode("utf-16")}
+    path.write_bytes(forms[packed])
     opened(browser, empty, path)
     assert text(browser, "#verdict") == "✖ 1 open problem, 1 ended, 1 harmless"
 
@@ -297,6 +299,11 @@ def test_damage_is_reported(browser: Browser, empty: Path, tmp_path: Path) -> No
     (tmp_path / "cut.log.gz").write_bytes(whole[: len(whole) // 2])
     opened(browser, empty, tmp_path / "cut.log.gz")
     assert "packed data are damaged" in text(browser, "#notice")
+    (tmp_path / "flipped.log.zst").write_bytes(
+        b"".join((zstandard.compress(PROBLEMS.read_bytes()), b"\x28\xb5\x2f\xfd nonsense"))
+    )
+    opened(browser, empty, tmp_path / "flipped.log.zst")
+    assert "packed data are damaged" in text(browser, "#notice") and "175 frames" in text(browser, "#extent")
     (tmp_path / "lines.log").write_bytes(PROBLEMS.read_bytes() + b"(1.0) can0 nothing#\n")
     opened(browser, empty, tmp_path / "lines.log")
     assert "lines.log" in text(browser, "#notice")

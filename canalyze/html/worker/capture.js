@@ -2,6 +2,8 @@
 
 /** Bytes that are read at once. */
 const PIECE = 1 << 20;
+/** Packed bytes that are unpacked at once: they may become ten thousand times as many. */
+const PACKED = 1 << 14;
 /** Bytes within which the format shows. */
 const HEAD = 1 << 16;
 /** The formats that the core reads; those of python-can and other compressions are the command line's. */
@@ -49,6 +51,8 @@ class Capture {
       const { form, head } = await this.sniffed();
       if (form === "gzip" && !this.layers.length) {
         this.layers.push((pieces) => this.unpacked(pieces));
+      } else if (form === "zstd" && !this.layers.length) {
+        this.layers.push((pieces) => this.unpackedZstd(pieces));
       } else if ((form.startsWith("utf-16") || form === "gbk") && this.layers.length < 2) {
         const encoding = form !== "utf-16" ? form : head[0] === 0xff ? "utf-16le" : "utf-16be";
         this.layers.push((pieces) => transcoded(pieces, encoding));
@@ -112,6 +116,18 @@ class Capture {
       over = true;
       from.cancel().catch(() => {});
     }
+  }
+
+  /** @param {Pieces} packed @returns {Pieces} */
+  async *unpackedZstd(packed) {
+    this.core.unpack();
+    for await (const piece of packed) {
+      for (let at = 0; at < piece.length; at += PACKED) {
+        const made = this.core.unpacked(piece.subarray(at, at + PACKED));
+        if (made.length) yield made;
+      }
+    }
+    this.damaged ||= !this.core.sound;
   }
 
   /** Ends the file in the session. @param {number} place */

@@ -50,6 +50,22 @@ class Core {
     if (length) throw new Refused(this.text(length));
   }
 
+  /** Begins to unpack a file packed by zstd; another file can be unpacked after it. */
+  unpack() {
+    return Boolean(this.exports.unpack());
+  }
+
+  /** @param {Uint8Array} packed @returns {Uint8Array<ArrayBuffer>} What comes before its end or damage. */
+  unpacked(packed) {
+    this.put(packed);
+    return this.taken(this.exports.unpacked());
+  }
+
+  /** True if all that was unpacked is sound and ends where it has to. */
+  get sound() {
+    return Boolean(this.exports.sound());
+  }
+
   /** Begins a session. @param {object} options By the names of canalyze/running/options.py. */
   open(options) {
     this.putJson(options);

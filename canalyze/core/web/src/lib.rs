@@ -15,14 +15,20 @@ use canalyze_core::session::Session;
 use canalyze_core::tables::columns::Batch;
 use canalyze_core::tables::jsonl::DAMAGES;
 use serde_json::json;
+use zstd::stream::raw::{Decoder, InBuffer, Operation, OutBuffer};
 
 use self::given::{GivenDamage, GivenFile, GivenOptions, choose};
+
+/// Bytes that are unpacked at once.
+const PIECE: usize = 128 << 10;
 
 #[derive(Default)]
 struct State {
     input: Vec<u8>,
     output: Vec<u8>,
     session: Option<Session>,
+    /// What unpacks a file, with the number of bytes that its present frame lacks; `None` behind damage.
+    unpacker: Option<(Decoder<'static>, usize)>,
     /// The batches that were described last, whose columns the page reads in place.
     batches: Vec<Batch>,
 }
@@ -75,7 +81,7 @@ pub extern "C" fn output() -> *const u8 {
 #[unsafe(no_mangle)]
 pub extern "C" fn open() -> usize {
     with(|state| {
-        let State { input, output, session, batches } = state;
+        let State { input, output, session, batches, .. } = state;
         batches.clear();
         *session = None;
         let options = GivenOptions::read(input).and_then(GivenOptions::options);
@@ -97,6 +103,46 @@ pub extern "C" fn sniffed(complete: bool) -> usize {
         state.output.extend_from_slice(sniff::sniff(&state.input, complete).unwrap_or_default().as_bytes());
         state.output.len()
     })
+}
+
+/// Begins to unpack a file packed by zstd. Returns true if it could.
+#[unsafe(no_mangle)]
+pub extern "C" fn unpack() -> bool {
+    with(|state| {
+        state.unpacker = Decoder::new().ok().map(|decoder| (decoder, 0));
+        state.unpacker.is_some()
+    })
+}
+
+/// Unpacks more of the file. Returns the number of bytes before its end or damage.
+#[unsafe(no_mangle)]
+pub extern "C" fn unpacked() -> usize {
+    with(|state| {
+        let State { input, output, unpacker, .. } = state;
+        output.clear();
+        let mut packed = InBuffer::around(input);
+        let mut piece = vec![0; PIECE];
+        while let Some((decoder, missing)) = unpacker {
+            let mut room = OutBuffer::around(&mut piece[..]);
+            let Ok(hint) = decoder.run(&mut packed, &mut room) else {
+                *unpacker = None;
+                break;
+            };
+            *missing = hint;
+            let made = room.as_slice();
+            output.extend_from_slice(made);
+            if packed.pos() >= input.len() && made.len() < PIECE {
+                break;
+            }
+        }
+        output.len()
+    })
+}
+
+/// Returns true if all that was unpacked is sound and ends where it has to.
+#[unsafe(no_mangle)]
+pub extern "C" fn sound() -> bool {
+    with(|state| state.unpacker.as_ref().is_some_and(|(_, missing)| *missing == 0))
 }
 
 /// Begins the file that the input describes. Returns the length of an error; 0 without one.
