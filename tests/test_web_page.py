@@ -146,8 +146,25 @@ def test_what_is_dropped_is_diagnosed(browser: Browser, empty: Path) -> None:
     found = diagnosed(PROBLEMS.read_bytes())
     shown = browser.run('return [...document.querySelectorAll(".problem .words")].map((one) => one.textContent)')
     assert shown == [one["message"] for one in found.incidents]
-    assert text(browser, "#verdict") == "✖ 1 open problem, 1 ended, 1 harmless"
-    assert "175 frames" in text(browser, "#extent")
+    assert text(browser, "#verdict") == found.whole["verdict"]["text"] == "✖ 1 open problem, 1 ended, 1 harmless"
+    assert text(browser, "#extent").startswith(found.whole["extent"])
+    for one in found.incidents:
+        said = browser.run("return document.querySelector(arguments[0]).textContent", f"#problem-{one['id']}")
+        wanted = [*one["checks_left"], *(one["texts"][key] for key in ("because", "why", "delay", "repeats"))]
+        assert all(line in said for line in wanted), one["id"]
+    browser.click('[data-panel="nodes"]')
+    shown = browser.run('return [...document.querySelectorAll("#nodes tr")].map((row) => row.innerText.split("\\t"))')
+    assert [[cell.strip() for cell in row] for row in shown] == [one["cells"] for one in found.whole["nodes"]]
+
+
+def test_a_healthy_capture_says_what_was_looked_at(browser: Browser, empty: Path) -> None:
+    capture = SAMPLES / "rules" / "HBT002.clean.log"
+    opened(browser, empty, capture)
+    whole = diagnosed(capture.read_bytes()).whole
+    assert text(browser, "#verdict") == whole["verdict"]["text"]
+    shown = f"{text(browser, '#notice')}\n{text(browser, '#problems')}"
+    said = [line for line in (whole["notice"] or whole["looked"], whole["loose_text"]) if line]
+    assert said and all(line in shown for line in said)
 
 
 def test_a_problem_leads_to_its_frame_and_its_explanation(browser: Browser, empty: Path) -> None:

@@ -23,23 +23,7 @@ MOST: Final = 256 << 20
 PAGE: Final = ("say", "link", "list", "axis", "problems", "tables", "lanes", "plots", "recordings", "main")
 WORKER: Final = ("core", "columns", "capture", "frames", "tables", "requests", "main")
 _TOPICS: Final = ("html", "problem")
-_DIAGNOSE: Final = (
-    "diagnose.because",
-    "diagnose.frames",
-    "diagnose.html_apart",
-    "diagnose.html_ok",
-    "diagnose.html_see",
-    "diagnose.no_stamps",
-    "diagnose.nodes",
-    "diagnose.none",
-    "diagnose.none_open",
-    "diagnose.seconds",
-    "diagnose.short_capture",
-    "diagnose.unjudged",
-    "diagnose_nature.foreign",
-    "diagnose_nature.silent",
-    "diagnose_nature.unproven",
-)
+_DIAGNOSE: Final = ("diagnose.html_apart", "diagnose.html_check")
 """What the page has in common with the report."""
 
 
@@ -118,7 +102,7 @@ def _words(lang: str) -> dict[str, str]:
 
 
 def _json(value: object) -> str:
-    """Give JSON that cannot end the element it stands in."""
+    """Give JSON that cannot end the element that it is in."""
     return json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
 
 

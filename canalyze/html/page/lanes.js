@@ -38,7 +38,7 @@ class LaneView {
     const problems = diagnosis.listed.filter(({ one }) => one.status !== "harmless").slice(0, 20).map(({ one }) => {
       const from = diagnosis.since(one.begin?.t ?? null);
       const to = one.end ? diagnosis.since(one.end.t) : end;
-      const bars = from === null ? [] : [{ from, to: to ?? end, colour: COLOURS.problems[one.status], text: printable(one.message) }];
+      const bars = from === null ? [] : [{ from, to: to ?? end, colour: COLOURS.problems[one.status], text: printable(one.texts.title) }];
       return { name: `${one.id}`, id: one.id, cause: one.cause?.id ?? 0, bars };
     });
     const states = lanes.slice(0, MOST_ROWS_OF_LANES).map(({ name, words, t, state }) => {

@@ -90,7 +90,7 @@ class Link {
   }
 }
 
-/** Returns what the worker is told of a capture. @param {Source} source @param {object} options @param {boolean} merge */
+/** Returns the description of a capture for the worker. @param {Source} source @param {object} options @param {boolean} merge */
 function described({ parts }, options, merge) {
   return { parts: parts.map(({ name, size, format, damage }) => ({ name, size, format, damage })), options, merge };
 }

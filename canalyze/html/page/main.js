@@ -128,10 +128,10 @@ function showOpened() {
   element("drop").hidden = true;
   element("verdict").textContent = diagnosis.verdict;
   element("verdict").className = diagnosis.worst;
-  element("extent").textContent = [diagnosis.extent, opened.format].join(" · ");
+  element("extent").textContent = [opened.whole.extent, opened.format].join(" · ");
   const damaged = opened.damaged ? [say("html.damaged")] : [];
   if (opened.count < opened.whole.frames) damaged.push(say("html.part", { count: opened.count, all: opened.whole.frames }));
-  notice([...diagnosis.notices, ...damaged, ...opened.complaints.map(printable)].join("\n"));
+  notice([opened.whole.notice, ...damaged, ...opened.complaints.map(printable)].filter(Boolean).join("\n"));
   list.begin = opened.begin;
   list.reset(opened.count);
   const { begin, end } = opened.whole;
@@ -185,20 +185,17 @@ const FILLED = /** @type {Record<string, () => any>} */ ({
   nodes: () => {
     const box = element("nodes");
     const table = make("table");
-    for (const { bus, node, state_text: state, drives, error, problem } of page.opened.whole.nodes) {
-      const words = [state, ...(drives ?? []), error && `EMCY ${error}h`].filter(Boolean).map(printable).join(", ");
+    for (const { node, cells, problem } of page.opened.whole.nodes) {
+      const [name, ...further] = cells.map(printable);
+      const said = further.pop();
+      const see = () => (show("problems"), problems.choose(problem));
       table.append(
         make(
           "tr",
           {},
-          make("td", {}, printable(bus ?? "")),
-          make("td", {}, make("button", { type: "button", className: "frame", onclick: () => filter(`node=${node}`) }, String(node))),
-          make("td", {}, words),
-          make("td", {}, problem === null ? say("diagnose.html_ok") : make("button", {
-            type: "button",
-            className: "frame",
-            onclick: () => (show("problems"), problems.choose(problem)),
-          }, say("diagnose.html_see", { number: problem }))),
+          make("td", {}, make("button", { type: "button", className: "frame", onclick: () => filter(`node=${node}`) }, name)),
+          ...further.map((/** @type {string} */ cell) => make("td", {}, cell)),
+          make("td", {}, problem === null ? said : make("button", { type: "button", className: "frame", onclick: see }, said)),
         ),
       );
     }
@@ -373,7 +370,7 @@ function indexRow({ source, diagnosis, problem }) {
     { className: "pick" },
     make("td", { className: diagnosis?.worst ?? "unjudged" }, diagnosis?.verdict ?? "-"),
     make("td", {}, make("button", { type: "button", className: "frame", onclick: () => open(source) }, printable(source.name))),
-    make("td", {}, first ? printable(first.message) : printable(problem)),
+    make("td", {}, first ? printable(first.texts.title) : printable(problem)),
   );
 }
 

@@ -5,7 +5,6 @@
 const STATES = ["open", "unknown", "ended", "harmless"];
 /** Frames of a problem that are listed with those around them. */
 const MOST_STEPS = 16;
-const MARKS = /** @type {Record<string, string>} */ ({ open: "✖", unknown: "?", ended: "✔", unjudged: "-" });
 
 class Diagnosis {
   /** @param {Problem[]} problems @param {Record<string, any>} whole */
@@ -17,36 +16,21 @@ class Diagnosis {
     this.roots = (whole.order ?? []).map((/** @type {number} */ id) => this.byId.get(id)).filter(Boolean);
   }
 
-  /** Returns the status of the worst problem; `unjudged` where no problem says nothing. */
+  /** @returns {string} The status of the worst problem; `unjudged` where that there is none says nothing. */
   get worst() {
-    const found = STATES.slice(0, 2).find((status) => this.roots.some((one) => one.status === status));
-    return found ?? (this.whole.nature === "canopen" ? "ended" : "unjudged");
+    return this.whole.verdict.status;
   }
 
+  /** @returns {string} */
   get verdict() {
-    const counts = STATES.map((status) => ({ status, count: this.roots.filter((one) => one.status === status).length }));
-    const parts = counts.filter(({ count }) => count).map(({ status, count }) => say(`problem_count.${status}`, { count }));
-    if (this.worst === "unjudged") parts.unshift(say("diagnose.unjudged"));
-    else if (!counts.slice(0, 3).some(({ count }) => count)) parts.unshift(say("diagnose.none"));
-    else if (!counts[0].count) parts.unshift(say("diagnose.none_open"));
-    return `${MARKS[this.worst]} ${parts.join(", ")}`;
+    return this.whole.verdict.text;
   }
 
-  get extent() {
-    const { buses, begin, end, frames, nodes } = this.whole;
-    const parts = [(buses ?? []).filter(Boolean).map(printable).join(", ")];
-    if (begin !== null && end !== null) parts.push(say("diagnose.seconds", { seconds: (Number(end) - Number(begin)).toFixed(1) }));
-    parts.push(say("diagnose.frames", { count: frames }), say("diagnose.nodes", { count: (nodes ?? []).length }));
-    return parts.filter(Boolean).join(" · ");
-  }
-
-  /** Returns the sentences that limit the verdict. @returns {string[]} */
-  get notices() {
-    const { begin, end, nature } = this.whole;
-    if (nature !== "canopen") return [word("diagnose_nature", nature)];
-    if (begin === null || end === null) return [say("diagnose.no_stamps")];
-    const span = Number(end) - Number(begin);
-    return span < 2 ? [say("diagnose.short_capture", { seconds: span.toFixed(1) })] : [];
+  /** Lines about what was looked at and what belongs to no problem. @returns {string[]} */
+  get beside() {
+    const { notice, looked, well, loose_text: loose } = this.whole;
+    const healthy = this.roots.some((one) => one.status !== "harmless") || notice ? [] : [looked, well];
+    return [...healthy, loose].filter(Boolean);
   }
 
   /**
@@ -119,7 +103,7 @@ class ProblemList {
       this.shown.set(one.id, shown);
       this.box.append(shown);
     }
-    if (!diagnosis.roots.length) this.box.append(make("p", {}, diagnosis.verdict));
+    for (const line of diagnosis.beside) this.box.append(make("p", { className: "quiet" }, line));
   }
 
   /** @param {Problem} one @param {number} depth */
@@ -130,7 +114,7 @@ class ProblemList {
       "summary",
       {},
       make("b", { className: one.status }, `${depth ? "→ " : ""}${one.id}`),
-      make("span", { className: "words" }, printable(one.message)),
+      make("span", { className: "words" }, printable(one.texts.title)),
       frameButton(one.begin?.frame ?? null, (frame) => this.open(one, frame)),
     );
     head.addEventListener("click", (/** @type {any} */ event) => {
@@ -156,22 +140,23 @@ class ProblemList {
     const said = [
       make("p", { className: "quiet" }, [word("problem_status", one.status), word("problem_impact", one.impact), grade].join(" · ")),
     ];
-    const cause = one.cause && diagnosis.byId.get(one.cause.id);
-    if (cause) {
-      const facts = { number: cause.id, title: printable(cause.message), grade: word("problem_grade", one.cause.grade) };
+    const { because, why, delay, repeats } = one.texts;
+    if (repeats) said.push(make("p", { className: "quiet" }, repeats));
+    if (because) {
+      const choose = () => this.choose(one.cause.id);
       said.push(
-        make("p", {}, make("button", { type: "button", className: "frame", onclick: () => this.choose(cause.id) }, say("diagnose.because", facts))),
-        make("p", { className: "quiet" }, word("problem_link", one.cause.link)),
+        make("p", {}, make("button", { type: "button", className: "frame", onclick: choose }, printable(because))),
+        make("p", { className: "quiet" }, [why, delay].filter(Boolean).join("; ")),
       );
     }
-    if (one.checks_text?.length) {
-      said.push(make("p", { className: "quiet" }, say("html.check")), bullets(one.checks_text.map(printable)));
+    if (one.checks_left.length) {
+      said.push(make("p", { className: "quiet" }, say("diagnose.html_check")), bullets(one.checks_left.map(printable)));
     }
-    if (one.apart?.length) {
+    if (one.apart.length) {
       const lines = one.apart.map((/** @type {any} */ tell) => `${tell.told ? "+" : "?"} ${printable(tell.text)}`);
       said.push(make("p", { className: "quiet" }, say("diagnose.html_apart")), bullets(lines));
     }
-    const steps = one.steps.length ? one.steps : [{ ...one.begin, role: "sign", text: one.message }];
+    const steps = one.steps.length ? one.steps : [{ ...one.begin, role: "sign", text: one.texts.title }];
     const table = make("table", { className: "steps" });
     for (const step of steps.slice(0, 40)) {
       const t = diagnosis.since(step.t);

@@ -120,14 +120,14 @@ class Capture {
 
   /** @param {Pieces} packed @returns {Pieces} */
   async *unpackedZstd(packed) {
-    this.core.unpack();
+    const number = this.core.unpack();
     for await (const piece of packed) {
       for (let at = 0; at < piece.length; at += PACKED) {
-        const made = this.core.unpacked(piece.subarray(at, at + PACKED));
+        const made = this.core.unpacked(number, piece.subarray(at, at + PACKED));
         if (made.length) yield made;
       }
     }
-    this.damaged ||= !this.core.sound;
+    this.damaged ||= !this.core.isSound(number);
   }
 
   /** Ends the file in the session. @param {number} place */

@@ -50,20 +50,20 @@ class Core {
     if (length) throw new Refused(this.text(length));
   }
 
-  /** Begins to unpack a file packed by zstd; another file can be unpacked after it. */
+  /** Begins to unpack a file packed by zstd. @returns {number} Its number, until the next session begins. */
   unpack() {
-    return Boolean(this.exports.unpack());
+    return this.exports.unpack();
   }
 
-  /** @param {Uint8Array} packed @returns {Uint8Array<ArrayBuffer>} What comes before its end or damage. */
-  unpacked(packed) {
+  /** @param {number} number @param {Uint8Array} packed @returns {Uint8Array<ArrayBuffer>} As far as it is sound. */
+  unpacked(number, packed) {
     this.put(packed);
-    return this.taken(this.exports.unpacked());
+    return this.taken(this.exports.unpacked(number));
   }
 
-  /** True if all that was unpacked is sound and ends where it has to. */
-  get sound() {
-    return Boolean(this.exports.sound());
+  /** True if all that was unpacked is sound and ends where it has to. @param {number} number */
+  isSound(number) {
+    return Boolean(this.exports.sound(number));
   }
 
   /** Begins a session. @param {object} options By the names of canalyze/running/options.py. */

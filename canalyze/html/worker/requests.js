@@ -1,4 +1,4 @@
-// What the page asks of the worker: one capture, read by one core. All that takes long is done here.
+// Requests of the page to the worker: one capture, read by one core. All that takes long is done here.
 
 /** Lanes that are handed to the page, and changes of one of them. */
 const MOST_LANES = 200;
@@ -80,7 +80,7 @@ class Requests {
       format: this.recording.format,
       damaged: this.recording.damaged,
       problems: records.filter((one) => one.kind === "problem"),
-      whole: { ...whole, nature: this.core.nature() },
+      whole,
       counts: Object.fromEntries([...this.tables].map(([table, { count }]) => [table, count])),
       lanes: lanes.list(this.frames.begin),
       complaints: this.core.complaints(),
@@ -109,7 +109,7 @@ class Requests {
     await recording.pass({ ...options, format: "diagnosis" }, { write: (bytes) => written.push(bytes) });
     const records = lines(written);
     const whole = records.find((one) => one.kind === "diagnosis");
-    return { problems: records.filter((one) => one.kind === "problem"), whole: { ...whole, nature: this.core.nature() } };
+    return { problems: records.filter((one) => one.kind === "problem"), whole };
   }
 
   /** Returns the first and last time of a file and its buses. @param {{parts: Part[], merge: boolean, options: object}} asked */

@@ -27,8 +27,8 @@ struct State {
     input: Vec<u8>,
     output: Vec<u8>,
     session: Option<Session>,
-    /// What unpacks a file, with the number of bytes that its present frame lacks; `None` behind damage.
-    unpacker: Option<(Decoder<'static>, usize)>,
+    /// The decoders of packed files, with the number of bytes that the present frame lacks; `None` behind damage.
+    unpackers: Vec<Option<(Decoder<'static>, usize)>>,
     /// The batches that were described last, whose columns the page reads in place.
     batches: Vec<Batch>,
 }
@@ -81,8 +81,9 @@ pub extern "C" fn output() -> *const u8 {
 #[unsafe(no_mangle)]
 pub extern "C" fn open() -> usize {
     with(|state| {
-        let State { input, output, session, batches, .. } = state;
+        let State { input, output, session, batches, unpackers } = state;
         batches.clear();
+        unpackers.clear();
         *session = None;
         let options = GivenOptions::read(input).and_then(GivenOptions::options);
         report(output, options.map(|options| *session = Some(Session::new(options))))
@@ -105,21 +106,22 @@ pub extern "C" fn sniffed(complete: bool) -> usize {
     })
 }
 
-/// Begins to unpack a file packed by zstd. Returns true if it could.
+/// Begins to unpack a file packed by zstd. Returns its number for the calls that follow, until the next [`open`].
 #[unsafe(no_mangle)]
-pub extern "C" fn unpack() -> bool {
+pub extern "C" fn unpack() -> usize {
     with(|state| {
-        state.unpacker = Decoder::new().ok().map(|decoder| (decoder, 0));
-        state.unpacker.is_some()
+        state.unpackers.push(Decoder::new().ok().map(|decoder| (decoder, 0)));
+        state.unpackers.len() - 1
     })
 }
 
-/// Unpacks more of the file. Returns the number of bytes before its end or damage.
+/// Unpacks more of a file. Returns the number of bytes before its end or damage.
 #[unsafe(no_mangle)]
-pub extern "C" fn unpacked() -> usize {
+pub extern "C" fn unpacked(number: usize) -> usize {
     with(|state| {
-        let State { input, output, unpacker, .. } = state;
+        let State { input, output, unpackers, .. } = state;
         output.clear();
+        let Some(unpacker) = unpackers.get_mut(number) else { return 0 };
         let mut packed = InBuffer::around(input);
         let mut piece = vec![0; PIECE];
         while let Some((decoder, missing)) = unpacker {
@@ -139,10 +141,10 @@ pub extern "C" fn unpacked() -> usize {
     })
 }
 
-/// Returns true if all that was unpacked is sound and ends where it has to.
+/// Returns true if all that was unpacked of a file is sound and ends where it has to.
 #[unsafe(no_mangle)]
-pub extern "C" fn sound() -> bool {
-    with(|state| state.unpacker.as_ref().is_some_and(|(_, missing)| *missing == 0))
+pub extern "C" fn sound(number: usize) -> bool {
+    with(|state| matches!(state.unpackers.get(number), Some(Some((_, 0)))))
 }
 
 /// Begins the file that the input describes. Returns the length of an error; 0 without one.
