@@ -148,6 +148,7 @@ def test_what_is_dropped_is_diagnosed(browser: Browser, empty: Path) -> None:
     assert shown == [one["message"] for one in found.incidents]
     assert text(browser, "#verdict") == found.whole["verdict"]["text"] == "✖ 1 open problem, 1 ended, 1 harmless"
     assert text(browser, "#extent").startswith(found.whole["extent"])
+    browser.wait('document.querySelectorAll(".problem .steps").length === document.querySelectorAll(".problem").length')
     for one in found.incidents:
         said = browser.run("return document.querySelector(arguments[0]).textContent", f"#problem-{one['id']}")
         wanted = [*one["checks_left"], *(one["texts"][key] for key in ("because", "why", "delay", "repeats"))]

@@ -127,3 +127,14 @@ function penOf(canvas, height) {
 function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
+
+/** Returns the place of the first number from a time on. @param {ArrayLike<number>} sorted @param {number} t */
+function firstFrom(sorted, t) {
+  let [low, high] = [0, sorted.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (sorted[middle] < t) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}

@@ -19,13 +19,23 @@ const COLOURS = /** @type {Record<string, Record<string, string>>} */ ({
 const PLAIN = ["#4f7cac", "#3e8e8e", "#8d6e63", "#7a6fa8", "#9c8a4a", "#5f7a8a", "#a0698a"];
 const MOST_ROWS_OF_LANES = 60;
 
+/** @typedef {{colour: string, text: string}} Look Without a colour nothing is drawn. */
+/**
+ * A row: when each state began, and its look by the number of the state.
+ * @typedef {{name: string, id: number, cause: number, t: ArrayLike<number>, state: ArrayLike<number>,
+ *   look: (state: number) => Look}} LaneRow
+ */
+
+/** @type {Look} */
+const NO_LOOK = { colour: "", text: "" };
+
 class LaneView {
   /** @param {any} box @param {Axis} axis @param {{time: (t: number) => void, problem: (id: number) => void}} act */
   constructor(box, axis, act) {
     this.canvas = box.querySelector("canvas");
     this.axis = axis;
     this.act = act;
-    /** @type {{name: string, id: number, cause: number, bars: {from: number, to: number, colour: string, text: string}[]}[]} */
+    /** @type {LaneRow[]} */
     this.rows = [];
     axis.views.push(() => this.draw());
     new ResizeObserver(() => axis.changed()).observe(box);
@@ -38,21 +48,22 @@ class LaneView {
     const problems = diagnosis.listed.filter(({ one }) => one.status !== "harmless").slice(0, 20).map(({ one }) => {
       const from = diagnosis.since(one.begin?.t ?? null);
       const to = one.end ? diagnosis.since(one.end.t) : end;
-      const bars = from === null ? [] : [{ from, to: to ?? end, colour: COLOURS.problems[one.status], text: printable(one.texts.title) }];
-      return { name: `${one.id}`, id: one.id, cause: one.cause?.id ?? 0, bars };
+      const look = { colour: COLOURS.problems[one.status], text: printable(one.texts.title) };
+      const t = from === null ? [] : [from, to ?? end];
+      const looks = [look, NO_LOOK];
+      return { name: `${one.id}`, id: one.id, cause: one.cause?.id ?? 0, t, state: [0, 1], look: (/** @type {number} */ at) => looks[at] };
     });
     const states = lanes.slice(0, MOST_ROWS_OF_LANES).map(({ name, words, t, state }) => {
       const kind = name.slice(0, name.indexOf("/"));
-      const looks = words.map(([said, of]) => ({
-        colour: said === null ? "" : COLOURS[kind]?.[of ?? ""] ?? plainColour(said),
-        text: printable(said ?? ""),
-      }));
-      const bars = [];
-      for (let at = 0; at < t.length; at += 1) {
-        const look = looks[state[at]];
-        if (look?.colour) bars.push({ from: t[at], to: at + 1 < t.length ? t[at + 1] : end, ...look });
-      }
-      return { name: laneName(name), id: 0, cause: 0, bars };
+      /** @type {Map<number, Look>} */
+      const looks = new Map();
+      const look = (/** @type {number} */ number) => {
+        const [said, of] = words[number] ?? [null, null];
+        const found = looks.get(number) ?? (said === null ? NO_LOOK : { colour: COLOURS[kind]?.[of ?? ""] ?? plainColour(said), text: printable(said) });
+        looks.set(number, found);
+        return found;
+      };
+      return { name: laneName(name), id: 0, cause: 0, t, state, look };
     });
     this.rows = [...problems, ...states];
     this.axis.changed();
@@ -78,7 +89,8 @@ class LaneView {
       pen.fillStyle = quiet;
       pen.fillText(said, x(t) + 3, HEAD_ROW / 2);
     }
-    rows.forEach(({ name, bars }, number) => {
+    const timeAt = (/** @type {number} */ place) => axis.from + ((place - LEFT) / room) * (axis.to - axis.from);
+    rows.forEach(({ name, t, state, look }, number) => {
       const y = HEAD_ROW + number * LANE;
       pen.fillStyle = text;
       pen.fillText(name, 6, y + LANE / 2, LEFT - 10);
@@ -86,23 +98,13 @@ class LaneView {
       pen.beginPath();
       pen.rect(LEFT, y, room, LANE);
       pen.clip();
-      let drawn = -1;
-      for (const bar of bars) {
-        const [from, to] = [x(bar.from), x(bar.to)];
-        if (to < LEFT || from > width || (to - from < 1 && from < drawn + 1)) continue;
-        drawn = Math.max(to, from + 2);
-        pen.fillStyle = bar.colour;
-        pen.fillRect(from, y + 2, Math.max(to - from - 0.5, 2), LANE - 4);
-        const start = Math.max(from, LEFT) + 4;
-        if (Math.min(to, width) - start > 30) {
-          pen.save();
-          pen.beginPath();
-          pen.rect(start, y, Math.min(to, width) - start, LANE);
-          pen.clip();
-          pen.fillStyle = "#fff";
-          pen.fillText(bar.text, start, y + LANE / 2);
-          pen.restore();
-        }
+      for (let at = Math.max(firstFrom(t, axis.from) - 1, 0); at < t.length && t[at] <= axis.to; ) {
+        const from = x(t[at]);
+        const to = Math.min(x(at + 1 < t.length ? t[at + 1] : axis.end), width);
+        const { colour: filled, text: said } = look(state[at]);
+        if (filled && to >= LEFT) bar(pen, { from, to, y, filled, said });
+        // Of states that share a pixel the last is drawn, too.
+        at = to - from < 1 ? Math.max(at + 1, firstFrom(t, timeAt(from + 1)) - 1) : at + 1;
       }
       pen.restore();
     });
@@ -118,10 +120,10 @@ class LaneView {
     const middle = (/** @type {number} */ row) => HEAD_ROW + row * LANE + LANE / 2;
     pen.strokeStyle = text;
     pen.fillStyle = text;
-    this.rows.forEach(({ cause, bars }, row) => {
+    this.rows.forEach(({ cause, t }, row) => {
       const from = cause ? this.rows.findIndex(({ id }) => id === cause) : -1;
-      if (from < 0 || !bars.length || !this.rows[from].bars.length) return;
-      const [x1, x2] = [x(this.rows[from].bars[0].from), x(bars[0].from)];
+      if (from < 0 || !t.length || !this.rows[from].t.length) return;
+      const [x1, x2] = [x(this.rows[from].t[0]), x(t[0])];
       if (Math.min(x1, x2) < LEFT - 8) return;
       const [y1, y2] = [middle(from) + LANE / 2 - 2, middle(row)];
       pen.beginPath();
@@ -135,6 +137,21 @@ class LaneView {
       pen.fill();
     });
   }
+}
+
+/** Draws a state. @param {any} pen @param {{from: number, to: number, y: number, filled: string, said: string}} state */
+function bar(pen, { from, to, y, filled, said }) {
+  pen.fillStyle = filled;
+  pen.fillRect(from, y + 2, Math.max(to - from - 0.5, 2), LANE - 4);
+  const start = Math.max(from, LEFT) + 4;
+  if (to - start <= 30) return;
+  pen.save();
+  pen.beginPath();
+  pen.rect(start, y, to - start, LANE);
+  pen.clip();
+  pen.fillStyle = "#fff";
+  pen.fillText(said, start, y + LANE / 2);
+  pen.restore();
 }
 
 /** @param {string} name @returns {string} */

@@ -462,6 +462,7 @@ function begin() {
     if (files.length) openAll(files.map(sourceOf));
   });
   addEventListener("beforeprint", () => {
+    problems.fillAll();
     for (const one of document.querySelectorAll("details.problem, details.near")) /** @type {any} */ (one).open = true;
   });
   speak(SETTINGS.lang);

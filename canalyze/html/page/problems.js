@@ -3,6 +3,8 @@
 /** @typedef {Record<string, any>} Problem */
 
 const STATES = ["open", "unknown", "ended", "harmless"];
+/** Problems whose details are made at once. */
+const FILLED_AT_ONCE = 4;
 /** Frames of a problem that are listed with those around them. */
 const MOST_STEPS = 16;
 
@@ -79,6 +81,8 @@ class ProblemList {
     this.act = act;
     /** @type {Map<number, any>} */
     this.shown = new Map();
+    /** @type {Map<number, () => void>} Those whose details are not made yet. */
+    this.unfilled = new Map();
     this.chosen = 0;
   }
 
@@ -92,6 +96,7 @@ class ProblemList {
   show(diagnosis) {
     this.diagnosis = diagnosis;
     this.shown.clear();
+    this.unfilled.clear();
     this.box.replaceChildren();
     let status = "";
     for (const { depth, one } of diagnosis.listed) {
@@ -104,6 +109,25 @@ class ProblemList {
       this.box.append(shown);
     }
     for (const line of diagnosis.beside) this.box.append(make("p", { className: "quiet" }, line));
+    this.fillSome(diagnosis);
+  }
+
+  /** Makes the details of problems, a few at a time. @param {Diagnosis} diagnosis */
+  fillSome(diagnosis) {
+    if (diagnosis !== this.diagnosis) return;
+    for (const id of [...this.unfilled.keys()].slice(0, FILLED_AT_ONCE)) this.fill(id);
+    if (this.unfilled.size) setTimeout(() => this.fillSome(diagnosis), 10);
+  }
+
+  /** Makes the details of a problem, if they are not there. @param {number} id */
+  fill(id) {
+    const made = this.unfilled.get(id);
+    this.unfilled.delete(id);
+    made?.();
+  }
+
+  fillAll() {
+    for (const id of [...this.unfilled.keys()]) this.fill(id);
   }
 
   /** @param {Problem} one @param {number} depth */
@@ -121,12 +145,15 @@ class ProblemList {
       if (event.target.closest("button")) event.preventDefault();
       else this.choose(one.id);
     });
-    shown.append(head, ...this.body(one));
+    shown.append(head);
+    shown.addEventListener("toggle", () => this.fill(one.id));
+    this.unfilled.set(one.id, () => shown.append(...this.body(one)));
     return shown;
   }
 
   /** @param {Problem} one @param {number} frame */
   open(one, frame) {
+    this.fill(one.id);
     this.shown.get(one.id).open = true;
     this.choose(one.id);
     this.act.frame(frame);
@@ -194,12 +221,12 @@ class ProblemList {
     if (nodes.length) action(say("html.plot"), () => this.act.plot(one));
     const near = make("details", { className: "near" }, make("summary", {}, say("html.near")), make("div"));
     said.push(actions, near);
-    this.fill(near.lastElementChild, frames);
+    this.list(near.lastElementChild, frames);
     return said;
   }
 
   /** Lists frames with those around them; printed with the problem. @param {any} box @param {number[]} frames */
-  async fill(box, frames) {
+  async list(box, frames) {
     const wanted = frames.slice(0, MOST_STEPS).flatMap((frame) => [-2, -1, 0, 1, 2].map((by) => frame + by));
     const lines = await this.act.lines(wanted);
     const own = new Set(frames);
