@@ -574,4 +574,4 @@ def test_a_million_frames(empty: Path, tmp_path: Path) -> None:
         for frame in wanted:
             browser.run(asked, f"#{frame}")
             browser.wait(f'document.querySelector(".row.chosen")?.dataset.frame === "{frame}"')
-        assert browser.run("return window.longest") < 250
+        assert browser.run("return window.longest") < 500, "the page is blocked"

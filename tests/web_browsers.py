@@ -61,7 +61,7 @@ class Browser:
         """Run a script in the page; give what it returns."""
         return self.command("POST", "execute/sync", script=script, args=list(given))
 
-    def wait(self, condition: str, seconds: float = 20.0) -> Any:
+    def wait(self, condition: str, seconds: float = 60.0) -> Any:
         """Wait until an expression of the page is true; give it."""
         return until(lambda: self.run(f"return {condition}"), seconds, condition)
 
@@ -184,9 +184,11 @@ class Firefox(Browser):
         return self._send(self.NAMES[path], given)
 
 
-def started(line: list[str]) -> subprocess.Popen[bytes]:
-    """Start a program that starts others, silent, in a group of their own."""
-    return subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+def started(line: list[str], home: str) -> subprocess.Popen[bytes]:
+    """Start a program that starts others, silent, in a group of their own, with a home of its own."""
+    own = {name: value for name, value in os.environ.items() if not name.startswith("XDG_")} | {"HOME": home}
+    silent = subprocess.DEVNULL
+    return subprocess.Popen(line, stdout=silent, stderr=silent, start_new_session=True, env=own)
 
 
 def ended(process: subprocess.Popen[bytes]) -> None:
@@ -203,7 +205,7 @@ def chromium() -> Iterator[Chromium]:
     port = free_port()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         line = [CHROMEDRIVER, f"--port={port}", "--log-level=OFF"]
-        process = started(line)
+        process = started(line, folder)
         try:
             address = f"http://127.0.0.1:{port}"
             opener = build_opener(ProxyHandler({}))
@@ -237,7 +239,7 @@ def firefox() -> Iterator[Firefox]:
         lines = [f"user_pref({json.dumps(name)}, {json.dumps(value)});\n" for name, value in settings.items()]
         (Path(folder) / "user.js").write_text("".join(lines))
         line = [FIREFOX, "--headless", "--marionette", "--no-remote", "--profile", folder]
-        process = started(line)
+        process = started(line, folder)
         try:
 
             def connected() -> socket.socket | None:
