@@ -58,13 +58,14 @@ PAGES = {"short", "usage", "help", "format", "examples", "completion"}
 """What every command has; the keys are made of its name."""
 SAID_BY_THE_CORE = {"bus_state", "check_nature", "damage", "example", "info", "merge", "mode", "severity", "status"}
 """Tables whose keys are made of what the core says."""
+FILES = [*(PACKAGE / "core/src/settings").glob("*.rs"), PACKAGE / "core/src/python/description.rs"]
 PROGRAM = "".join(
     path.read_text()
     for end in ("py", "html", "js")
     for path in PACKAGE.rglob(f"*.{end}")
     if path.parent != PACKAGE / "words"
-) + "".join(path.read_text() for path in (PACKAGE / "core/src/settings").glob("*.rs") if path.stem != "tests")
-"""What names the sentences; of the core, the room that says what is wrong with files."""
+) + "".join(path.read_text() for path in FILES if path.stem != "tests")
+"""What names the sentences; of the core, what says what is wrong with files."""
 
 
 def test_every_row_is_used() -> None:
