@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use canalyze_core::bytes::frame::CanId;
 use canalyze_core::bytes::masks::Masks;
+use canalyze_core::bytes::ns::Ns;
 use canalyze_core::bytes::readers;
 use canalyze_core::bytes::readers::candump::Stamps;
 use canalyze_core::bytes::readers::mcap::{Choice, Clock, Map};
@@ -119,9 +120,9 @@ impl GivenNetwork {
             values: self.values.into_iter().map(value).collect(),
             profiles: self.profiles.into_iter().map(|(bus, node, number)| GivenProfile { bus, node, number }).collect(),
             sdos: self.sdos.into_iter().map(sdo).collect(),
-            sync_period_ns: self.sync_period_ns,
-            sync_window_ns: self.sync_window_ns,
-            jitter_ns: self.jitter_ns,
+            sync_period_ns: self.sync_period_ns.map(Ns),
+            sync_window_ns: self.sync_window_ns.map(Ns),
+            jitter_ns: self.jitter_ns.map(Ns),
             bit_rate: self.bitrate,
         })
     }
@@ -210,7 +211,7 @@ impl GivenOptions {
             masks: Masks::parse(&self.masks).map_err(|mistake| complaints::masks(lang, &mistake))?,
             select: Select::parse(&maybe(&self.select)),
             limit: self.limit,
-            until_ns: self.until_ns,
+            until_ns: self.until_ns.map(Ns),
         };
         let settings = McapSettings {
             fd_schema: choose("mcap_fd_schema", &self.mcap_fd_schema, FdSchema::NAMES)?,
