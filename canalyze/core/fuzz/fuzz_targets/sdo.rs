@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use canalyze_core::bytes::frame::{BusId, CanId, Frame, Kind, Stamp, StampForm};
+use canalyze_core::bytes::ns::Ns;
 use canalyze_core::sdo::transfer::{Hole, KEPT, Status};
 use canalyze_core::session::{Options, Output, Rows, Session};
 use canalyze_core::words::{Depth, Lang};
@@ -57,8 +58,8 @@ fn frames(mut input: &[u8], stamped: bool) -> Vec<Frame> {
         frame.bus = BusId(control >> 6 & 1);
         frame.line = Some(frames.len() as u64 + 1);
         if stamped {
-            frame.t_ns = Some(now);
-            frame.stamp = Some(Stamp { form: StampForm::Seconds, ns: now, width: 3, decimals: 6 });
+            frame.t_ns = Some(Ns(now));
+            frame.stamp = Some(Stamp { form: StampForm::Seconds, ns: Ns(now), width: 3, decimals: 6 });
         }
         frames.push(frame);
     }

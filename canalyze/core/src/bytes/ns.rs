@@ -154,3 +154,16 @@ impl<'a> Sum<&'a Self> for Ns {
         times.copied().sum()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Ns;
+
+    #[test]
+    fn nothing_overflows() {
+        assert_eq!((Ns::MAX + Ns(1), Ns::MIN - Ns(1), -Ns::MIN, Ns::MIN.abs()), (Ns::MAX, Ns::MIN, Ns::MAX, Ns::MAX));
+        assert_eq!((Ns::MAX * 2, -2 * Ns::MAX, Ns::MIN / -1, Ns::MIN / Ns(-1)), (Ns::MAX, Ns::MIN, Ns::MAX, i64::MAX));
+        assert_eq!((Ns::MIN % Ns(-1), Ns::MIN.abs_diff(Ns::MAX), Ns::from_s(i64::MIN)), (Ns::ZERO, Ns::MAX, Ns::MIN));
+        assert_eq!([Ns::MAX, Ns(1), Ns(-1)].iter().sum::<Ns>(), Ns(i64::MAX - 1));
+    }
+}

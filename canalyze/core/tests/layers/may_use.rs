@@ -8,12 +8,13 @@ pub(crate) type Row = (&'static str, &'static [&'static str]);
 /// A module (the longest prefix counts) and the modules that it may use; its own files are always allowed.
 pub(crate) const MAY_USE: &[Row] = &[
     ("bytes::calendar", &[]),
-    ("bytes::frame", &[]),
+    ("bytes::ns", &[]),
+    ("bytes::frame", &["bytes::ns"]),
     ("bytes::select", &[]),
-    ("bytes::readers", &["bytes::calendar", "bytes::frame", "bytes::select"]),
-    ("bytes::span", &[]),
-    ("bytes::info", &["bytes::frame", "bytes::readers", "bytes::span"]),
-    ("bytes::inputs", &["bytes::frame", "bytes::readers"]),
+    ("bytes::readers", &["bytes::calendar", "bytes::ns", "bytes::frame", "bytes::select"]),
+    ("bytes::span", &["bytes::ns"]),
+    ("bytes::info", &["bytes::ns", "bytes::frame", "bytes::readers", "bytes::span"]),
+    ("bytes::inputs", &["bytes::ns", "bytes::frame", "bytes::readers"]),
     ("bytes::masks", &["bytes::frame"]),
     ("words::digits", &[]),
     ("words::escape", &[]),
@@ -21,10 +22,10 @@ pub(crate) const MAY_USE: &[Row] = &[
     ("sdo::wire", &[]),
     ("world::od", &[]),
     ("words::profiles", &["world::od"]),
-    ("rules", &["bytes::frame", "sdo::abort_code", "sdo::wire", "words::profiles"]),
+    ("rules", &["bytes::ns", "bytes::frame", "sdo::abort_code", "sdo::wire", "words::profiles"]),
     ("rules::finding", &["bytes::frame", "sdo::wire", "rules"]),
     ("world::dictionary", &["world::od", "words::profiles"]),
-    ("sdo::transfer", &["bytes::frame", "world::od", "rules::finding", "world::dictionary"]),
+    ("sdo::transfer", &["bytes::ns", "bytes::frame", "world::od", "rules::finding", "world::dictionary"]),
     ("world::configuration", &["sdo::wire", "world::dictionary", "sdo::transfer"]),
     ("world::drive", &["world::od"]),
     ("wire::cob_id", &["bytes::frame"]),
@@ -50,6 +51,7 @@ pub(crate) const MAY_USE: &[Row] = &[
     (
         "world::change",
         &[
+            "bytes::ns",
             "bytes::frame",
             "words::profiles",
             "rules::finding",
@@ -64,6 +66,7 @@ pub(crate) const MAY_USE: &[Row] = &[
     (
         "world::event",
         &[
+            "bytes::ns",
             "bytes::frame",
             "sdo::wire",
             "rules::finding",
@@ -79,6 +82,7 @@ pub(crate) const MAY_USE: &[Row] = &[
         "bytes::writers",
         &[
             "bytes::calendar",
+            "bytes::ns",
             "bytes::frame",
             "bytes::readers",
             "words::digits",
@@ -88,15 +92,25 @@ pub(crate) const MAY_USE: &[Row] = &[
         ],
     ),
     ("bytes::writers::loss", &[]),
-    ("evidence::period", &["bytes::frame"]),
-    ("evidence", &["bytes::frame", "rules", "rules::finding", "wire::cob_id"]),
+    ("evidence::period", &["bytes::ns", "bytes::frame"]),
+    ("evidence", &["bytes::ns", "bytes::frame", "rules", "rules::finding", "wire::cob_id"]),
     (
         "world::context",
-        &["bytes::frame", "sdo::wire", "rules::finding", "sdo::transfer", "world::change", "world::event", "evidence"],
+        &[
+            "bytes::ns",
+            "bytes::frame",
+            "sdo::wire",
+            "rules::finding",
+            "sdo::transfer",
+            "world::change",
+            "world::event",
+            "evidence",
+        ],
     ),
     (
         "sdo",
         &[
+            "bytes::ns",
             "bytes::frame",
             "world::od",
             "words::profiles",
@@ -111,6 +125,7 @@ pub(crate) const MAY_USE: &[Row] = &[
     (
         "usdo",
         &[
+            "bytes::ns",
             "bytes::frame",
             "world::od",
             "words::profiles",
@@ -129,7 +144,7 @@ pub(crate) const MAY_USE: &[Row] = &[
             "sdo",
         ],
     ),
-    ("world::network", &["bytes::frame", "world::dictionary"]),
+    ("world::network", &["bytes::ns", "bytes::frame", "world::dictionary"]),
     ("world::profile_defaults", &["wire::pdo"]),
     (
         "world::roles",
@@ -138,6 +153,7 @@ pub(crate) const MAY_USE: &[Row] = &[
     (
         "checks",
         &[
+            "bytes::ns",
             "bytes::frame",
             "sdo::wire",
             "world::od",
@@ -163,6 +179,7 @@ pub(crate) const MAY_USE: &[Row] = &[
     (
         "world::bus",
         &[
+            "bytes::ns",
             "bytes::frame",
             "sdo::wire",
             "words::profiles",
@@ -187,10 +204,14 @@ pub(crate) const MAY_USE: &[Row] = &[
             "checks",
         ],
     ),
-    ("views::filter", &["bytes::frame", "sdo::wire", "rules", "rules::finding", "sdo::transfer", "world::event"]),
+    (
+        "views::filter",
+        &["bytes::ns", "bytes::frame", "sdo::wire", "rules", "rules::finding", "sdo::transfer", "world::event"],
+    ),
     (
         "views::inventory",
         &[
+            "bytes::ns",
             "bytes::frame",
             "sdo::wire",
             "world::od",
@@ -211,6 +232,7 @@ pub(crate) const MAY_USE: &[Row] = &[
         "problems",
         &[
             "sdo::abort_code",
+            "bytes::ns",
             "bytes::frame",
             "sdo::wire",
             "world::od",
@@ -237,6 +259,7 @@ pub(crate) const MAY_USE: &[Row] = &[
     (
         "views::diff",
         &[
+            "bytes::ns",
             "bytes::frame",
             "sdo::wire",
             "rules::finding",
@@ -255,6 +278,7 @@ pub(crate) const MAY_USE: &[Row] = &[
     (
         "words",
         &[
+            "bytes::ns",
             "bytes::frame",
             "bytes::readers",
             "bytes::masks",
@@ -281,7 +305,10 @@ pub(crate) const MAY_USE: &[Row] = &[
             "views::diff",
         ],
     ),
-    ("bytes::writers::mcap", &["bytes::frame", "bytes::readers", "rules::finding", "world::event", "words"]),
+    (
+        "bytes::writers::mcap",
+        &["bytes::ns", "bytes::frame", "bytes::readers", "rules::finding", "world::event", "words"],
+    ),
     (
         "words::signal",
         &["words::digits", "words::escape", "sdo::wire", "world::od", "world::drive", "wire::pdo", "words"],
@@ -307,6 +334,7 @@ pub(crate) const MAY_USE: &[Row] = &[
     (
         "views::lines",
         &[
+            "bytes::ns",
             "bytes::frame",
             "bytes::readers",
             "words::digits",
@@ -323,6 +351,7 @@ pub(crate) const MAY_USE: &[Row] = &[
         "views::summary",
         &[
             "sdo::abort_code",
+            "bytes::ns",
             "bytes::frame",
             "bytes::readers",
             "bytes::span",
@@ -343,6 +372,7 @@ pub(crate) const MAY_USE: &[Row] = &[
         "views::expectation",
         &[
             "sdo::abort_code",
+            "bytes::ns",
             "bytes::frame",
             "bytes::select",
             "sdo::wire",
@@ -371,6 +401,7 @@ pub(crate) const MAY_USE: &[Row] = &[
         "tables",
         &[
             "sdo::abort_code",
+            "bytes::ns",
             "bytes::frame",
             "bytes::select",
             "bytes::readers",
@@ -409,6 +440,7 @@ pub(crate) const MAY_USE: &[Row] = &[
     (
         "views::monitor",
         &[
+            "bytes::ns",
             "bytes::frame",
             "bytes::readers",
             "words::digits",
@@ -438,6 +470,7 @@ pub(crate) const MAY_USE: &[Row] = &[
     (
         "session",
         &[
+            "bytes::ns",
             "bytes::frame",
             "bytes::select",
             "bytes::readers",
@@ -480,6 +513,7 @@ pub(crate) const MAY_USE: &[Row] = &[
     (
         "settings",
         &[
+            "bytes::ns",
             "bytes::frame",
             "bytes::select",
             "rules",
@@ -494,6 +528,7 @@ pub(crate) const MAY_USE: &[Row] = &[
     (
         "python",
         &[
+            "bytes::ns",
             "bytes::frame",
             "bytes::select",
             "bytes::readers",

@@ -30,6 +30,17 @@ fn only_the_binding_knows_python() {
     }
 }
 
+#[test]
+fn times_have_their_own_type() {
+    for (module, source) in sources() {
+        // Readers, schemas and the binding have numbers before these are times.
+        let numbers = ["bytes::readers", "settings::schema", "python"].iter().any(|room| belongs(&module, room));
+        let code = source.split("#[cfg(test)]").next().unwrap_or(&source);
+        let bare = ["_ns: i64", "_ns: Option<i64>", "_NS: i64"].into_iter().find(|bare| code.contains(bare));
+        assert!(bare.is_none() || numbers || is_test(&module), "{module} has a time that is a bare integer: {bare:?}");
+    }
+}
+
 /// Messages whose states the world publishes as changes, and the most files that may match one.
 const FOLLOWED: [&str; 5] = ["Heartbeat", "BootUp", "Emcy", "Nmt", "Sync"];
 const FOLLOWERS: usize = 8;
