@@ -5,6 +5,7 @@
 #![no_main]
 
 use canalyze_core::bytes::frame::{Buses, CanId, Frame, Stamp, StampForm};
+use canalyze_core::bytes::ns::Ns;
 use canalyze_core::bytes::readers::{self, Item, Reader};
 use canalyze_core::bytes::writers::{Format, CaptureFacts, WriterSettings, Writer};
 use libfuzzer_sys::fuzz_target;
@@ -21,7 +22,7 @@ const ORIGIN_NS: i64 = 1_700_000_000_000_000_000;
 /// Most frames of a file.
 const MOST: usize = 8;
 
-type Record = (Option<i64>, Vec<u8>, CanId, u8, [u8; 64]);
+type Record = (Option<Ns>, Vec<u8>, CanId, u8, [u8; 64]);
 
 /// The file, and where its first frame is behind.
 fn written(format: Format, input: &[u8]) -> (Vec<u8>, usize) {
@@ -34,8 +35,8 @@ fn written(format: Format, input: &[u8]) -> (Vec<u8>, usize) {
         let mut frame = Frame::classic(id, payload);
         frame.no = number as u64 + 1;
         let t_ns = ORIGIN_NS + number as i64 * 1_237_000;
-        frame.t_ns = Some(t_ns);
-        frame.stamp = Some(Stamp { form: StampForm::Seconds, ns: t_ns, width: 10, decimals: 6 });
+        frame.t_ns = Some(Ns(t_ns));
+        frame.stamp = Some(Stamp { form: StampForm::Seconds, ns: Ns(t_ns), width: 10, decimals: 6 });
         frame.bus = buses.intern(if number % 2 == 0 || format == Format::Pcapng { b"can0" } else { b"can1" });
         let setting = CaptureFacts { buses: &buses, date_ns: None };
         writer.frame(&mut out, setting, &frame);

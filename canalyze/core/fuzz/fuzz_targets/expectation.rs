@@ -8,6 +8,7 @@ mod traffic;
 
 use std::sync::Arc;
 
+use canalyze_core::bytes::ns::Ns;
 use canalyze_core::views::expectation::Expectations;
 use canalyze_core::bytes::frame::Frame;
 use canalyze_core::session::{Knowledge, Options, Output, Rows, Session};
@@ -93,7 +94,7 @@ fn run(frames: &[Frame], options: Options) -> String {
     for frame in frames {
         session.push(*frame, &mut out);
     }
-    session.advance(i64::MAX, &mut out);
+    session.advance(Ns::MAX, &mut out);
     session.finish(&mut out);
     String::from_utf8(out).expect("output is UTF-8")
 }

@@ -9,6 +9,7 @@ mod traffic;
 use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
 
+use canalyze_core::bytes::ns::Ns;
 use canalyze_core::views::expectation::Expectations;
 use canalyze_core::views::finding_context::MOST;
 use canalyze_core::bytes::frame::Frame;
@@ -39,7 +40,7 @@ fn run(frames: &[Frame], options: Options) -> String {
     for frame in frames {
         session.push(*frame, &mut out);
     }
-    session.advance(i64::MAX, &mut out);
+    session.advance(Ns::MAX, &mut out);
     session.finish(&mut out);
     String::from_utf8(out).expect("output is UTF-8")
 }
@@ -57,7 +58,7 @@ fn rows(frames: &[Frame], options: Options) -> BTreeMap<String, u64> {
             count(&mut rows, &mut session);
         }
     }
-    session.advance(i64::MAX, &mut out);
+    session.advance(Ns::MAX, &mut out);
     session.finish(&mut out);
     count(&mut rows, &mut session);
     assert!(out.is_empty(), "columns are no bytes");

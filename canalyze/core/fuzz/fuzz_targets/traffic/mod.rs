@@ -3,6 +3,7 @@
 //! Each frame is two bytes of identifier and kind, one byte of time since the frame before, one byte of length, and its
 //! data.
 
+use canalyze_core::bytes::ns::Ns;
 use canalyze_core::world::dictionary::{Access, Dictionary, Form, Object, Preset};
 use canalyze_core::bytes::frame::{BusId, CanId, Frame, Kind, Stamp, StampForm};
 use canalyze_core::world::network::{Description, Network};
@@ -73,8 +74,8 @@ pub fn frames(mut input: &[u8], stamped: bool) -> Vec<Frame> {
             _ => Kind::Data,
         };
         if stamped {
-            frame.t_ns = Some(now);
-            frame.stamp = Some(Stamp { form: StampForm::Seconds, ns: now, width: 1, decimals: 6 });
+            frame.t_ns = Some(Ns(now));
+            frame.stamp = Some(Stamp { form: StampForm::Seconds, ns: Ns(now), width: 1, decimals: 6 });
         }
         frames.push(frame);
     }
