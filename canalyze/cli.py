@@ -23,7 +23,7 @@ from canalyze.configuration.config import Config, settle, spoken
 from canalyze.configuration.options import common_options
 from canalyze.errors import CanalyzeError, ConfigError, CoreError, ReaderGone
 from canalyze.output import Output, complain, shows_chinese
-from canalyze.output.help import located, page, usage_line
+from canalyze.output.help import located, page, screen, usage_line
 from canalyze.words import Words
 
 TOPICS: Final = {
@@ -142,7 +142,8 @@ def _run(args: list[str]) -> int:
     group = Group(words)
     try:
         if not args and not _completes() and not _of_a_pipe(args):
-            complain_page(group, words)
+            for line in screen(group, words, TOPICS).splitlines():
+                complain(line)
             return 2
         return int(group.main(_renamed(_commanded(args)), prog_name="canalyze", standalone_mode=False, obj=config) or 0)
     except click.UsageError as error:
@@ -160,12 +161,6 @@ def _run(args: list[str]) -> int:
             raise
         complain(f"canalyze: {CoreError('core.missing', problem=error).in_words(words)}")
         return CoreError.exit_code
-
-
-def complain_page(group: click.Group, words: Words) -> None:
-    """Without any command: the help, on standard error."""
-    for line in page(group, click.Context(group, info_name="canalyze"), words, TOPICS).splitlines():
-        complain(line)
 
 
 def _completes() -> bool:

@@ -8,6 +8,8 @@ import pytest
 from conftest import Runner, command, environment
 from test_cli_terminal import on_terminal
 
+from canalyze.output.layout import width
+
 COMMANDS = (
     "decode",
     "sniff",
@@ -131,6 +133,16 @@ def test_no_command_is_wrong_usage(tmp_path: Path) -> None:
     assert done.stderr.decode().startswith("用法：canalyze ")
     code, shown = on_terminal(tmp_path)
     assert code == 2 and shown.decode().startswith("用法：canalyze ")
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_without_a_command_fits_a_screen(tmp_path: Path, lang: str) -> None:
+    code, shown = on_terminal(tmp_path, "--lang", lang, COLUMNS="80")
+    lines = shown.decode().splitlines()
+    assert code == 2 and len(lines) < 24 and max(map(width, lines)) <= 80
+    names = {name for line in lines for name in line.split()}
+    assert set(COMMANDS) < names and "--help" in names
+    assert not {"bash", "--config"} & names
 
 
 def test_version(canalyze: Runner) -> None:

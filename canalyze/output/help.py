@@ -129,6 +129,20 @@ def page(
     return "\n".join(lines)
 
 
+def screen(command: click.Command, words: Words, topics: Mapping[str, Sequence[str]]) -> str:
+    """Return what a group prints without a command: usual command lines, its commands by name, and how to get help."""
+    import shutil
+
+    name = command.name or ""
+    columns = max(40, min(shutil.get_terminal_size().columns, 100))
+    lines = [f"{words('page.usage')}{name} {words(f'{name}.usage')}", ""]
+    lines += [" " * _MARGIN + line for line in wrap(words(f"{name}.first"), columns - _MARGIN)]
+    lines += ["", *_verbatim(words(f"{name}.usual")), ""]
+    rows = [(words(f"page.{topic}"), "  ".join(names)) for topic, names in topics.items()]
+    lines += [*definitions(rows, columns=columns, margin=_MARGIN), "", *_verbatim(words(f"{name}.more"))]
+    return "\n".join(lines)
+
+
 def _grouped(options: list[click.Option]) -> dict[str, list[click.Option]]:
     """Give the options under the headings that help shows, in their order."""
     if len(options) <= _FEW:
