@@ -163,7 +163,7 @@ def test_version(canalyze: Runner) -> None:
             "没有选项 --breif（是否要用 --brief？）",
             "no such option: --breif (did you mean --brief?)",
         ),
-        (["decode", "--nope"], "没有选项 --nope；", "no such option: --nope; see"),
+        (["decode", "--quux"], "没有选项 --quux；", "no such option: --quux; see"),
         (["decode", "--stamp"], "没有选项 --stamp（是否要用 --stamps？）", "--stamp (did you mean --stamps?);"),
         (["decode", "--Explain"], "没有选项 --Explain（是否要用 --explain？）", "(did you mean --explain?);"),
         (["rules", "--filter"], "没有选项 --filter；", "no such option: --filter; see"),

@@ -97,7 +97,6 @@ def test_which_device(canalyze: Runner, tmp_path: Path) -> None:
         (["--against", DRIVE, "--format", "csv"], "csv"),
         (["--against", DRIVE, "--dcf", "a.dcf", "--node", "5"], "--dcf"),
         (["--unseen"], "--unseen"),
-        (["--node", "5"], "--node"),
         (["--against", "missing.eds"], "missing.eds"),
         (["--against", LOG], "other-firmware.log"),
     ],

@@ -81,6 +81,7 @@ MAY_USE: dict[str, set[str]] = {
         "output",
         "running.run",
     },
+    "running.chosen": {*READ, "configuration.options", "output", "reports", "running.run"},
     "running.run": {*READ, "configuration.options", "output", "running.reading"},
     "configuration.options": {
         *READ,
@@ -91,7 +92,7 @@ MAY_USE: dict[str, set[str]] = {
         "running.options",
         "running.run",
     },
-    "output.help": {*SAID, "output.layout", "configuration.options", "running.stored"},
+    "output.help": {*SAID, "output.layout", "configuration.options", "running.chosen", "running.stored"},
     "check.verdict": {"finding", "problem"},
     "check.baseline": {*SAID, "configuration.bounded", "finding", "problem", "output.jsonl"},
     "check.globs": set(),

@@ -209,7 +209,6 @@ def test_what_cannot_be_is_said(canalyze: Runner, tmp_path: Path) -> None:
     log = str(SAMPLES / "network/sync-and-pdos.log")
     for line, said in (
         (["--dcf", "a.dcf"], "--node"),
-        (["--node", "5"], "--dcf"),
         (["--node", "5", "--dcf", "a.dcf", "--history"], "--history"),
         (["--node", "5", "--dcf", "a.dcf", "-o", "b"], "--output"),
         (["--node", "99", "--dcf", "a.dcf"], "node 99"),

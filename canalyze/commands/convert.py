@@ -7,7 +7,14 @@ from typing import Unpack
 
 import click
 
-from canalyze.configuration.options import ANY_PATH, CaptureOptions, OneOf, open_session, reading_options
+from canalyze.configuration.options import (
+    ANY_PATH,
+    CaptureOptions,
+    OneOf,
+    open_session,
+    problem_option,
+    reading_options,
+)
 from canalyze.errors import OutputError
 from canalyze.output import Progress, complain
 from canalyze.output.help import Command
@@ -90,6 +97,7 @@ def command(words: Words) -> click.Command:
             click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="IN"),
             click.Argument(["out"], required=False, type=ANY_PATH, metavar="OUT"),
             click.Option(["--to"], type=OneOf(forms(), words), help=words("convert.to")),
+            problem_option(words),
             *reading_options(words),
             click.Option(["--decoded"], is_flag=True, help=words("convert.decoded")),
             click.Option(

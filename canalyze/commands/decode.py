@@ -9,9 +9,11 @@ from canalyze.configuration.options import (
     CaptureOptions,
     capture_options,
     depth_of,
+    filters_given,
     inputs,
     listing_options,
     open_session,
+    problem_option,
     spelled,
 )
 from canalyze.output import Progress, open_output, told
@@ -48,6 +50,7 @@ def command(words: Words) -> click.Command:
         names = inputs(files, words)
         if ranges := ",".join(around + frame):
             expression = f"{expression or ''} frame={ranges}"
+        near = ranges != "" or "--problem" in filters_given()
         with open_output(output, force=force, color=color) as out:
             text = form == "text"
             session = open_session(
@@ -59,7 +62,7 @@ def command(words: Words) -> click.Command:
                 depth=depth,
                 time=time,
                 filter=expression,
-                numbered=number or (text and ranges != ""),
+                numbered=number or (text and near),
                 coloured=text and out.coloured,
             )
             total = total_size(names)
@@ -79,6 +82,7 @@ def command(words: Words) -> click.Command:
             spelled(words, "--around", _around, "around", "N[:K]", "decode.around", multiple=True),
             spelled(words, "--frame", _span, "frame", "A-B", "decode.frame", multiple=True),
             click.Option(["--problems", "incidents"], is_flag=True, help=words("decode.problems")),
+            problem_option(words),
             *capture_options(words),
         ],
     )

@@ -18,6 +18,7 @@ import click
 from canalyze.configuration import network
 from canalyze.configuration.options import (
     ANY_PATH,
+    SHORT,
     CaptureOptions,
     OneOf,
     bitrate_option,
@@ -151,7 +152,8 @@ def command(words: Words) -> click.Command:
 
 def _options(words: Words) -> Iterator[click.Parameter]:
     """Give what every command that reads captures has; --filter is known only to be refused."""
-    for option in capture_options(words):
+    own = {one.name for one in SHORT}
+    for option in (one for one in capture_options(words) if one.name not in own):
         if isinstance(option, click.Option) and option.name == "expression":
             option.hidden = True
         yield option

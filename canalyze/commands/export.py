@@ -16,6 +16,7 @@ from canalyze.configuration.options import (
     inputs,
     known_of,
     open_session,
+    problem_option,
     spelled,
 )
 from canalyze.exporting import FIRST, FOLDER, FORMS, TABLES, Target, form_of, require
@@ -84,6 +85,7 @@ def command(words: Words) -> click.Command:
             click.Option(["--device"], metavar="NAME", default="", help=words("export.device")),
             spelled(words, "--capture", _name, "capture", "NAME", "export.capture"),
             click.Option(["--select"], metavar="GLOBS", help=words("signals.select")),
+            problem_option(words),
             *(option for option in capture_options(words) if option.name != "output"),
             click.Option(["-o", "--output"], metavar="DIR|FILE", help=words("export.output")),
         ],

@@ -50,7 +50,6 @@ EXCLUSIVE: Final = (
 """Options, and those that none of them can be used with."""
 GO_WITH: Final = (
     *((option, ("--node",)) for option in _MADE),
-    ("--node", (*_MADE, "--against", "--diff")),
     ("--node A=B", ("--diff",)),
     ("--unseen", ("--against",)),
     ("--all", ("--diff",)),
@@ -94,6 +93,8 @@ def command(words: Words) -> click.Command:
         chosen |= {"--format csv": form == "csv", "--node A=B": two}
         _go_together(words, {option for option, value in chosen.items() if value not in (None, False)})
         names = inputs(files, words)
+        if node is not None and not targets and against is None and diff is None:
+            expression = f"node={node[0]} {expression or ''}"
         description = None if against is None else _described(against, node[0] if node else None, words)
         read: dict[str, Any] = {}
         kind = "pdos" if dbc else ("history" if history else "objects") + ("" if targets else FORMS[form])
@@ -177,7 +178,7 @@ def command(words: Words) -> click.Command:
             format_option(words, "od", tuple(FORMS)),
             time_option(words),
             color_option(words),
-            *capture_options(words),
+            *(option for option in capture_options(words) if option.name != "filter_node"),
         ],
     )
 

@@ -14,6 +14,7 @@ from canalyze.configuration.options import (
     format_option,
     inputs,
     open_session,
+    problem_option,
     time_option,
 )
 from canalyze.output import Output, Progress, complain, open_output, told
@@ -119,6 +120,7 @@ def command(words: Words) -> click.Command:
             time_option(words),
             color_option(words),
             click.Option(["--extract"], type=ANY_PATH, metavar="DIR", help=words("sdo.extract")),
+            problem_option(words),
             *capture_options(words),
         ],
     )

@@ -7,9 +7,11 @@ import click
 from canalyze.configuration.options import (
     CaptureOptions,
     capture_options,
+    filters_given,
     format_option,
     inputs,
     open_session,
+    problem_option,
     time_option,
 )
 from canalyze.output import Progress, complain, open_output, told
@@ -56,8 +58,7 @@ def command(words: Words) -> click.Command:
             if session.frames == 0:
                 out.drop()
         if session.frames and lines <= HEADINGS[form]:
-            asked = {"--select": select, "--filter": expression}
-            options = " ".join(option for option, value in asked.items() if value is not None)
+            options = " ".join(filters_given())
             key = "signals.none_kept" if options else "signals.none"
             complain(f"canalyze: {words(key, frames=session.frames, options=options)}")
         return code
@@ -70,6 +71,7 @@ def command(words: Words) -> click.Command:
             click.Option(["--select"], metavar="GLOBS", help=words("signals.select")),
             format_option(words, "signals", ("csv", "jsonl")),
             time_option(words),
+            problem_option(words),
             *capture_options(words),
         ],
     )

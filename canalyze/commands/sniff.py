@@ -19,6 +19,7 @@ from canalyze import expectations
 from canalyze.configuration.options import (
     ANY_PATH,
     depth_of,
+    filter_options,
     listing_options,
     network_options,
     open_session,
@@ -101,7 +102,7 @@ def command(words: Words) -> click.Command:
         [
             click.Argument(["channels"], nargs=-1, metavar="CHANNEL"),
             *listening_options(words),
-            click.Option(["--filter", "expression"], metavar="EXPR", help=words("opt.filter")),
+            *filter_options(words),
             spelled(words, "--duration", seconds, "duration", "TIME", "sniff.duration"),
             spelled(words, "--count", positive, "positive", "N", "sniff.count"),
             *listing_options(words),

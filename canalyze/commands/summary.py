@@ -13,6 +13,7 @@ from canalyze.configuration.options import (
     format_option,
     inputs,
     open_session,
+    problem_option,
     time_option,
 )
 from canalyze.output import Progress, open_output, told
@@ -63,6 +64,7 @@ def command(words: Words) -> click.Command:
             time_option(words),
             color_option(words),
             bitrate_option(words),
+            problem_option(words),
             *capture_options(words),
         ],
     )

@@ -20,6 +20,7 @@ from canalyze.configuration.options import (
     bitrate_option,
     inputs,
     open_session,
+    problem_option,
     reading_options,
 )
 from canalyze.errors import OutputError, SourceError
@@ -92,6 +93,7 @@ def command(words: Words) -> click.Command:
             click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="FILE"),
             *viewing_options(words, "view"),
             bitrate_option(words),
+            problem_option(words),
             *reading_options(words),
             click.Option(["--force"], is_flag=True, help=words("opt.force")),
         ],

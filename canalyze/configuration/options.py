@@ -5,7 +5,7 @@ Descriptions stand in `words`. An option of one command only stands in that comm
 
 import re
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Final, TypedDict
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypedDict
 
 import click
 
@@ -147,7 +147,7 @@ def reading_options(words: Words) -> list[click.Parameter]:
     from canalyze.sources.format import input_formats
 
     return [
-        click.Option(["--filter", "expression"], metavar="EXPR", help=words("opt.filter")),
+        *filter_options(words),
         click.Option(
             ["--stamps"],
             type=OneOf(("auto", "absolute", "zero", "delta"), words),
@@ -159,6 +159,75 @@ def reading_options(words: Words) -> list[click.Parameter]:
         spelled(words, "--threads", positive, "positive", "N", "opt.threads"),
         *topic_options(words),
         *network_options(words),
+    ]
+
+
+class Short(NamedTuple):
+    """An option that is short for one condition of --filter."""
+
+    option: str
+    read: Callable[[str], str | None]
+    """Returns the condition, None for a text that cannot be."""
+    form: str
+    """The words of a usage error."""
+    metavar: str
+    same: str
+    """The condition, as help shows it."""
+    help_key: str
+
+    @property
+    def name(self) -> str:
+        """The name of its parameter; a command may have an option of the same name with a meaning of its own."""
+        return f"filter_{self.option.removeprefix('--')}"
+
+
+def _of_nodes(text: str) -> str | None:
+    nodes = network.nodes(text)
+    return None if nodes is None else f"node={','.join(map(str, nodes))}"
+
+
+def _with_text(text: str) -> str | None:
+    return None if not text or '"' in text else f'text="{text}"'
+
+
+SHORT: Final = (
+    Short("--node", _of_nodes, "node", "N", "node=N", "opt.short_node"),
+    Short("--grep", _with_text, "grep", "TEXT", 'text="TEXT"', "opt.short_grep"),
+)
+PROBLEM: Final = "filter_problem"
+"""The parameter of --problem: the number of a problem, from which `running.chosen` makes a condition."""
+
+
+def filter_options(words: Words) -> list[click.Parameter]:
+    """Return --filter and the options that are short for a condition of it."""
+    return [
+        click.Option(["--filter", "expression"], metavar="EXPR", help=words("opt.filter")),
+        *(
+            click.Option(
+                [one.option, one.name],
+                type=Spelled(one.read, one.form, words),
+                metavar=one.metavar,
+                help=words("opt.short", what=words(one.help_key), same=one.same),
+            )
+            for one in SHORT
+        ),
+    ]
+
+
+def problem_option(words: Words) -> click.Option:
+    """Return --problem, for a command that reads one capture."""
+    return spelled(words, f"--problem {PROBLEM}", positive, "positive", "N", "opt.problem")
+
+
+def filters_given() -> list[str]:
+    """Return the options of the command line that choose what is shown."""
+    context = click.get_current_context()
+    names = {"expression", "select", PROBLEM, *(one.name for one in SHORT)}
+    typed = click.core.ParameterSource.COMMANDLINE
+    return [
+        one.opts[-1]
+        for one in context.command.params
+        if one.name in names and context.get_parameter_source(one.name) is typed
     ]
 
 

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import click
 
-from canalyze.configuration.options import CoreUsageError, common_options
+from canalyze.configuration.options import PROBLEM, SHORT, CoreUsageError, common_options
 from canalyze.output.layout import definitions, width, wrap
 from canalyze.words import Words
 
@@ -41,7 +41,7 @@ _FIRST: Final = (
 """The usual ones, of whichever command: it shows the first of these that it has."""
 _TOPICS: Final = {
     "own": (),
-    "chosen": ("--filter", "--around", "--frame", "--since", "--node", "--bus", "--select"),
+    "chosen": ("--filter", "--around", "--frame", "--since", "--node", "--grep", "--problem", "--bus", "--select"),
     "time": ("-t", "--stamps", "--sync-period", "--sync-window", "--jitter"),
     "network": ("--eds", "--eds-from-traffic", "--cob", "--pdo", "--profile", "--sdo", "--bitrate"),
     "input": ("--input-format", "--merge", "--threads", "--topic", "--time-source", "--mcap-map"),
@@ -75,6 +75,13 @@ class Command(click.Command):
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run it."""
+        short = (PROBLEM, *(one.name for one in SHORT))
+        if any(ctx.params.get(name) is not None for name in short):
+            from canalyze.running.chosen import choose
+
+            choose(ctx, self._words)
+        for name in short:
+            ctx.params.pop(name, None)
         if ctx.params.pop("eds_from_traffic", False):
             from canalyze.running.stored import describe
 
