@@ -129,7 +129,7 @@ def _run(args: list[str]) -> int:
             problem = words("usage.needs_value", option=missing)
             complain(words("usage.line", command=_command(args), problem=problem))
             return 2
-        config = settle(lang, options.get("--config"))
+        config = settle(lang, options.get("--config"))._replace(pager="--no-pager" not in options)
         words = _words(config)
         if not config.chosen and _reads_no_chinese(args):
             complain(words("output.hint"))
@@ -259,7 +259,7 @@ def _words(config: Config, *, notice: bool = True) -> Words:
 
 
 def _take_global(args: list[str], found: dict[str, str]) -> tuple[list[str], str]:
-    """Take --lang and --config out of the arguments, wherever they stand before "--"; the last one counts.
+    """Take --lang, --config and --no-pager out of the arguments, wherever they are before "--"; the last one counts.
 
     Gives what is left, and the option whose value is missing, if one is.
     """
@@ -269,6 +269,8 @@ def _take_global(args: list[str], found: dict[str, str]) -> tuple[list[str], str
         option, equals, value = arg.partition("=")
         if arg == "--":
             rest += [arg, *waiting]
+        elif arg == "--no-pager":
+            found[arg] = ""
         elif option not in _SETTLED_FIRST:
             rest.append(arg)
         elif equals:

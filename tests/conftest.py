@@ -64,10 +64,19 @@ class Done:
 
 def environment(**more: str) -> dict[str, str]:
     """Give this environment without what would choose a language, of somebody who reads Chinese, and with `more`."""
-    ours = {"CANALYZE_LANG", "NO_COLOR", "LC_ALL", "PYTHONIOENCODING", "PYTHONUTF8", "COLUMNS", "TERM"}
+    ours = {
+        "CANALYZE_LANG",
+        "CANALYZE_PAGER",
+        "NO_COLOR",
+        "LC_ALL",
+        "PYTHONIOENCODING",
+        "PYTHONUTF8",
+        "COLUMNS",
+        "TERM",
+    }
     return (
         {name: value for name, value in os.environ.items() if name not in ours}
-        | {"TERM": "xterm", "LC_MESSAGES": "zh_CN.UTF-8"}
+        | {"TERM": "xterm", "LC_MESSAGES": "zh_CN.UTF-8", "PAGER": "cat"}
         | more
     )
 

@@ -115,7 +115,7 @@ def test_options_stand_under_their_topic(canalyze: Runner) -> None:
 
 def test_few_options_have_one_heading(canalyze: Runner) -> None:
     found = sections(canalyze("rules", "--help", "--lang", "en").out)
-    assert found["Options"] == ["--format", "--lang", "--config", "-h, --help"] and "General" not in found
+    assert found["Options"] == ["--format", "--lang", "--config", "--no-pager", "-h, --help"] and "General" not in found
 
 
 def test_commands_are_grouped(canalyze: Runner) -> None:

@@ -31,7 +31,7 @@ from canalyze.configuration.options import (
 )
 from canalyze.errors import ConfigError, ReaderGone
 from canalyze.output import FileOutput, Output, Progress, complain, open_output
-from canalyze.output.help import Command
+from canalyze.output.help import Listing
 from canalyze.sources.file import STDIN, total_size
 from canalyze.sources.names import Named, expanded
 from canalyze.words import Words
@@ -111,7 +111,7 @@ def command(words: Words) -> click.Command:
             return 128 + signal
         return 2 if not read else 1 if any(verdict.failed for verdict in verdicts) else 0
 
-    return Command(
+    return Listing(
         "check",
         words,
         run,

@@ -33,7 +33,7 @@ from canalyze.configuration.options import (
 )
 from canalyze.errors import ReaderGone, SourceError
 from canalyze.output import FileOutput, Output, Progress, jsonl, open_output, told
-from canalyze.output.help import Command
+from canalyze.output.help import Listing
 from canalyze.problem import KEYS
 from canalyze.reports import diagnosis_read, wording
 from canalyze.running.run import Interrupt, Run
@@ -128,7 +128,7 @@ def command(words: Words) -> click.Command:
                 out.drop()
         return code or signalled or int(_fails(shown, fail_on))
 
-    return Command(
+    return Listing(
         "diagnose",
         words,
         run,

@@ -23,7 +23,7 @@ from canalyze.configuration.options import (
 )
 from canalyze.errors import ReaderGone
 from canalyze.output import Progress, open_output, told
-from canalyze.output.help import Command
+from canalyze.output.help import Listing
 from canalyze.running.run import Run
 from canalyze.sources.file import STDIN, total_size
 from canalyze.words import Words
@@ -95,7 +95,7 @@ def command(words: Words) -> click.Command:
                     out.shown(found.body())
         return code or int(found.differences > 0)
 
-    return Command(
+    return Listing(
         "diff",
         words,
         run,

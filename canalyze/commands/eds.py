@@ -10,7 +10,7 @@ from canalyze.configuration import network
 from canalyze.configuration.options import ANY_PATH, format_option, inputs, output_options, spelled
 from canalyze.errors import CanalyzeError
 from canalyze.output import Output, complain, open_output
-from canalyze.output.help import Command
+from canalyze.output.help import Listing
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def command(words: Words) -> click.Command:
                 out.drop()
         return code
 
-    return Command(
+    return Listing(
         "eds",
         words,
         run,

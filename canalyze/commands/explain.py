@@ -11,7 +11,7 @@ from canalyze.configuration import network
 from canalyze.configuration.options import spelled
 from canalyze.errors import SourceError
 from canalyze.output import Output, complain
-from canalyze.output.help import Command
+from canalyze.output.help import Listing
 from canalyze.running.run import piped
 from canalyze.words import Words
 
@@ -35,7 +35,7 @@ def command(words: Words) -> click.Command:
             explained.add(line, words("explain.no_frame", line=line or repr(line)))
         return explained.code
 
-    return Command(
+    return Listing(
         "explain",
         words,
         run,

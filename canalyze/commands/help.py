@@ -7,7 +7,7 @@ from typing import Final
 import click
 
 from canalyze.output import Output, complain
-from canalyze.output.help import Command
+from canalyze.output.help import Listing
 from canalyze.words import Words
 
 _WIDEST: Final = 110
@@ -37,7 +37,7 @@ def command(words: Words) -> click.Command:
         out.text(_rendered(text) if out.is_terminal else text)
         return 0
 
-    return Command("help", words, run, [click.Argument(["topic"], required=False, metavar="TOPIC", type=_Topic())])
+    return Listing("help", words, run, [click.Argument(["topic"], required=False, metavar="TOPIC", type=_Topic())])
 
 
 class _Topic(click.types.StringParamType):

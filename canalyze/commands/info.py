@@ -16,7 +16,7 @@ from canalyze.configuration.options import (
     topic_options,
 )
 from canalyze.output import Progress, jsonl, open_output, told
-from canalyze.output.help import Command
+from canalyze.output.help import Listing
 from canalyze.running.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
@@ -61,7 +61,7 @@ def command(words: Words) -> click.Command:
                 out.drop()
         return code
 
-    return Command(
+    return Listing(
         "info",
         words,
         run,

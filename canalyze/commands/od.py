@@ -27,7 +27,7 @@ from canalyze.configuration.options import (
 )
 from canalyze.errors import OutputError, ReaderGone
 from canalyze.output import Output, Progress, complain, open_output, told
-from canalyze.output.help import Command
+from canalyze.output.help import Listing
 from canalyze.running.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
@@ -159,7 +159,7 @@ def command(words: Words) -> click.Command:
             complain(f"canalyze: {words('od.none', frames=reading.frames)}")
         return code
 
-    return Command(
+    return Listing(
         "od",
         words,
         run,

@@ -6,7 +6,7 @@ import click
 
 from canalyze.configuration.options import format_option
 from canalyze.output import Output, complain, jsonl
-from canalyze.output.help import Command
+from canalyze.output.help import Listing
 from canalyze.output.layout import definitions, wrap
 from canalyze.words import Words
 
@@ -52,7 +52,7 @@ def command(words: Words) -> click.Command:
             out.text("\n".join(_page(rule, words) for rule in chosen))
         return code
 
-    return Command(
+    return Listing(
         "rules",
         words,
         run,

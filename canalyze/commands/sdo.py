@@ -18,7 +18,7 @@ from canalyze.configuration.options import (
     time_option,
 )
 from canalyze.output import Output, Progress, complain, open_output, told
-from canalyze.output.help import Command
+from canalyze.output.help import Listing
 from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
 from canalyze.running.run import Run
 from canalyze.sources.file import total_size
@@ -111,7 +111,7 @@ def command(words: Words) -> click.Command:
             code = code or directory.code
         return code
 
-    return Command(
+    return Listing(
         "sdo",
         words,
         run,

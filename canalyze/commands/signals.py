@@ -15,7 +15,7 @@ from canalyze.configuration.options import (
     time_option,
 )
 from canalyze.output import Progress, complain, open_output, told
-from canalyze.output.help import Command
+from canalyze.output.help import Listing
 from canalyze.running.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
@@ -63,7 +63,7 @@ def command(words: Words) -> click.Command:
             complain(f"canalyze: {words(key, frames=session.frames, options=options)}")
         return code
 
-    return Command(
+    return Listing(
         "signals",
         words,
         run,

@@ -17,7 +17,7 @@ from canalyze.configuration.options import (
     time_option,
 )
 from canalyze.output import Progress, open_output, told
-from canalyze.output.help import Command
+from canalyze.output.help import Listing
 from canalyze.running.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
@@ -55,7 +55,7 @@ def command(words: Words) -> click.Command:
                 out.drop()
         return code
 
-    return Command(
+    return Listing(
         "summary",
         words,
         run,

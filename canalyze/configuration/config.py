@@ -29,6 +29,8 @@ class Config(NamedTuple):
     """What canalyze.toml says of the network; options may overrule it."""
     check: "Policy | None" = None
     """What canalyze.toml says of findings; options may overrule it."""
+    pager: bool = True
+    """False with --no-pager."""
 
 
 def settle(lang: str | None, file: str | None) -> Config:

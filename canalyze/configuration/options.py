@@ -109,10 +109,11 @@ class CaptureOptions(NetworkOptions, total=False):
 
 
 def common_options(words: Words) -> list[click.Parameter]:
-    """Give the options that every command has. Language and configuration are settled before click sees them."""
+    """Give the options that every command has. All but --help are settled before click sees them."""
     return [
         click.Option(["--lang"], type=OneOf(LANGUAGES, words), expose_value=False, help=words("opt.lang")),
         click.Option(["--config"], type=ANY_PATH, metavar="FILE", expose_value=False, help=words("opt.config")),
+        click.Option(["--no-pager"], is_flag=True, expose_value=False, help=words("opt.no_pager")),
         click.Option(
             ["-h", "--help"],
             is_flag=True,

@@ -11,7 +11,7 @@ import stat
 import sys
 from collections.abc import Callable
 from types import TracebackType
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, ClassVar, Final, Self
 
 from canalyze.errors import BrokenOff, OutputError, ReaderGone
 from canalyze.output.writing import AS_IT_IS, Part, write_all
@@ -19,6 +19,8 @@ from canalyze.words import Words
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from canalyze.output.paging import Pager
 
 _STDOUT: Final = 1
 _MARK: Final = re.compile(rb"(##(?:vso)?)\[")
@@ -120,6 +122,8 @@ class Output:
     """Nothing of it reaches a terminal: progress may be shown meanwhile."""
     coloured = False
     """What stands out may do so by colour (see `open_output`)."""
+    pager: "ClassVar[Pager | None]" = None
+    """What has to be begun before something is written to a terminal."""
 
     def __init__(self) -> None:
         """Look at what standard output is."""
@@ -137,6 +141,8 @@ class Output:
 
     def write(self, data: bytes) -> None:
         """Write complete lines and let them go at once."""
+        if data and self.is_terminal and Output.pager is not None:
+            Output.pager.begin()
         if self._encoding is not None:
             data = data.decode("utf-8", "replace").encode(self._encoding, "replace")
         try:

@@ -4,13 +4,18 @@ click's own pages are English and measure text in characters; these speak the la
 `layout`. Sentences stand in `words`; nothing here knows a command.
 """
 
+import os
+import stat
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, Final
 
 import click
 
+from canalyze.configuration.config import Config
 from canalyze.configuration.options import PROBLEM, SHORT, CoreUsageError, common_options
+from canalyze.output import complain, terminal_encoding
 from canalyze.output.layout import definitions, width, wrap
 from canalyze.words import Words
 
@@ -49,7 +54,7 @@ _TOPICS: Final = {
     "recording": ("--record", "--rotate", "--keep"),
     "timeline": ("--rerun", "--save", "--web", "--bind", "--port"),
     "output": ("--format", "--number", "--color", "--output", "--force"),
-    "general": ("--lang", "--config", "--help", "--version"),
+    "general": ("--lang", "--config", "--no-pager", "--help", "--version"),
 }
 """All others, by what they are about; one that is in none of these is the command's own."""
 
@@ -91,6 +96,40 @@ class Command(click.Command):
     def get_help(self, ctx: click.Context) -> str:
         """Give the page."""
         return page(self, ctx, self._words)
+
+
+class Listing(Command):
+    """A command whose text a pager shows, where somebody sits there and it has an end."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run it."""
+        if not _is_paged(ctx):
+            return super().invoke(ctx)
+
+        from canalyze.output.paging import Pager
+
+        def unusable(name: str, error: OSError) -> None:
+            complain(f"canalyze: {self._words('output.no_pager', name=name, error=error.strerror)}")
+
+        with Pager(unusable):
+            return super().invoke(ctx)
+
+
+def _is_paged(ctx: click.Context) -> bool:
+    """Return true on a terminal, unless an option says no or the input comes while it is shown."""
+    config = ctx.find_object(Config) or Config()
+    if not config.pager or terminal_encoding() is None or sys.stdin is None or not sys.stdin.isatty():
+        return False
+    return not any(name == "-" or _is_stream(name) for name in ctx.params.get("files") or ())
+
+
+def _is_stream(name: str) -> bool:
+    """Return true for a pipe or a device."""
+    try:
+        mode = os.stat(name).st_mode  # noqa: PTH116 - as in `sources.file`
+    except (OSError, ValueError):
+        return False
+    return not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
 
 
 @contextmanager
