@@ -156,7 +156,7 @@ def options(command: str) -> set[str]:
     """The options of a command."""
     found = build("en").get_command(click.Context(click.Command("canalyze")), command)
     assert found is not None
-    return {name for param in found.params for name in param.opts}
+    return {name for param in found.params for name in (*param.opts, *param.secondary_opts)}
 
 
 def parsed(arguments: list[str]) -> None:
@@ -173,7 +173,7 @@ def parsed(arguments: list[str]) -> None:
     assert command is not None
     rest = arguments[arguments.index(names[0]) + 1 :] if names[0] in COMMANDS else arguments[1:]
     for option in (one.partition("=")[0] for one in rest if re.match(r"-[-a-zA-Z]", one)):
-        known = {name for param in command.params for name in param.opts} | {"--help"}
+        known = {name for param in command.params for name in (*param.opts, *param.secondary_opts)} | {"--help"}
         assert option in known, f"{names[0]} has no {option}"
 
 

@@ -22,6 +22,7 @@ from canalyze.configuration.options import (
     OneOf,
     bitrate_option,
     capture_options,
+    clock,
     color_option,
     format_option,
     inputs,
@@ -76,13 +77,15 @@ def command(words: Words) -> click.Command:
         if expect is not None and no_expect:
             problem = words("usage.exclusive", one="--expect", other="--no-expect")
             raise click.UsageError(problem, click.get_current_context())
-        settings = {"filter": expression, "stamps": stamps, "time": time}
+        # Reports in files have the times of the capture, whatever a terminal shows.
+        alone = not (junit or sarif or code_quality or markdown)
+        settings = {"filter": expression, "stamps": stamps, "time": clock(time, form, output) if alone else time}
         job = tried(
             Job(words.lang, given, config.known, settings, expect, not no_expect, held.incidents is not None), words
         )
         named = list(expanded(inputs(files, words)))
         names = [one.name for one in named if one.error is None]
-        with open_output(output, force=force, color=color) as out:
+        with open_output(output, force=force, color=color, hangs=form == "text") as out:
             with ExitStack() as stack:
                 named_reports = {"junit": junit, "sarif": sarif, "code-quality": code_quality, "markdown": markdown}
                 reports = _reports(named_reports, stack, words, force=force)
@@ -119,7 +122,7 @@ def command(words: Words) -> click.Command:
             *judging_options(words),
             click.Option(["--update-baseline"], is_flag=True, help=words("check.update_baseline")),
             format_option(words, "check", ("text", "jsonl", "github", "markdown")),
-            time_option(words),
+            time_option(words, "opt.clock"),
             color_option(words),
             click.Option(["--junit"], type=ANY_PATH, metavar="FILE", help=words("check.junit")),
             click.Option(["--sarif"], type=ANY_PATH, metavar="FILE", help=words("check.sarif")),

@@ -8,6 +8,7 @@ import click
 from canalyze.configuration.options import (
     CaptureOptions,
     capture_options,
+    clock,
     depth_of,
     filters_given,
     inputs,
@@ -38,7 +39,7 @@ def command(words: Words) -> click.Command:
         force: bool,
         expression: str | None,
         time: str | None,
-        number: bool,
+        number: bool | None,
         color: str,
         around: tuple[str, ...],
         frame: tuple[str, ...],
@@ -51,7 +52,7 @@ def command(words: Words) -> click.Command:
         if ranges := ",".join(around + frame):
             expression = f"{expression or ''} frame={ranges}"
         near = ranges != "" or "--problem" in filters_given()
-        with open_output(output, force=force, color=color) as out:
+        with open_output(output, force=force, color=color, hangs=form == "text") as out:
             text = form == "text"
             session = open_session(
                 words,
@@ -60,9 +61,9 @@ def command(words: Words) -> click.Command:
                 incidents=incidents,
                 format=form,
                 depth=depth,
-                time=time,
+                time=clock(time, form, output),
                 filter=expression,
-                numbered=number or (text and near),
+                numbered=text and (near or out.is_terminal) if number is None else number,
                 coloured=text and out.coloured,
             )
             total = total_size(names)

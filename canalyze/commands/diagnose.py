@@ -86,7 +86,7 @@ def command(words: Words) -> click.Command:
             raise click.UsageError(words("usage.text_only", option="-n"), click.get_current_context())
         signalled = _keep_stdin() if STDIN in names and (number is not None or html is not None) else 0
         chosen = diagnosis_text.Chosen(node, bus, since)
-        with open_output(output, force=force, color=color) as out:
+        with open_output(output, force=force, color=color, hangs=form == "text") as out:
             found = [names] if join or given.get("merge") else _recordings(names, given, words, out)
             if len(found) > 1:
                 if number is not None or html is not None:

@@ -10,6 +10,7 @@ from canalyze.configuration.options import (
     ANY_PATH,
     CaptureOptions,
     capture_options,
+    clock,
     color_option,
     format_option,
     inputs,
@@ -60,15 +61,22 @@ def command(words: Words) -> click.Command:
         **given: Unpack[CaptureOptions],
     ) -> int:
         names = inputs(files, words)
+        shown_time = clock(time, form, output)
         session = open_session(
-            words, given, format=FORMS[form], stamps=stamps, filter=expression, time=time, extract=extract is not None
+            words,
+            given,
+            format=FORMS[form],
+            stamps=stamps,
+            filter=expression,
+            time=shown_time,
+            extract=extract is not None,
         )
         rows = -HEADINGS[form]
         with open_output(output, force=force, color=color) as out:
             total = total_size(names)
             progress = Progress(words, out, total)
             put, close = (
-                _table(words, out, live=total is None, moments=time is None)
+                _table(words, out, live=total is None, moments=time is None, since_start=shown_time == "z")
                 if form == "text"
                 else (out.write, _nothing)
             )
@@ -117,7 +125,7 @@ def command(words: Words) -> click.Command:
         run,
         [
             format_option(words, "sdo", tuple(FORMS)),
-            time_option(words),
+            time_option(words, "opt.clock"),
             color_option(words),
             click.Option(["--extract"], type=ANY_PATH, metavar="DIR", help=words("sdo.extract")),
             problem_option(words),
@@ -142,9 +150,9 @@ def _nothing() -> None:
 
 
 def _table(
-    words: Words, out: Output, *, live: bool, moments: bool
+    words: Words, out: Output, *, live: bool, moments: bool, since_start: bool
 ) -> tuple[Callable[[bytes], None], Callable[[], None]]:
-    table = Table(columns(words, moments=moments), out, live=live)
+    table = Table(columns(words, moments=moments, since_start=since_start), out, live=live)
 
     def put(result: bytes) -> None:
         table.add([row(json.loads(line), words) for line in result.splitlines()])
@@ -152,8 +160,11 @@ def _table(
     return put, table.close
 
 
-def columns(words: Words, *, moments: bool = True) -> list[Column]:
-    """Give the columns of the table. moments: nobody has asked for times: they may become shorter, and leave."""
+def columns(words: Words, *, moments: bool = True, since_start: bool = False) -> list[Column]:
+    """Give the columns of the table.
+
+    moments: times are not asked for: they may become shorter, and leave. since_start: they are short already.
+    """
     leaving = dict(LEAVING)
     made = {
         key: Column(words(f"col.{key}"), right=key in RIGHT, folds=key in FOLDING, leaves=leaving.get(key, 0))
@@ -161,7 +172,9 @@ def columns(words: Words, *, moments: bool = True) -> list[Column]:
     }
     for key in ("bus", "node"):
         made[key] = made[key]._replace(if_alike=True)
-    if moments:
+    if moments and since_start:
+        made["time"] = made["time"]._replace(leaves=SPARE + 2)
+    elif moments:
         made["time"] = made["time"]._replace(
             short_heading=words("col.relative"), shorten=_relative, short_leaves=SPARE + 2
         )

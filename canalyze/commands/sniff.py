@@ -67,7 +67,7 @@ def command(words: Words) -> click.Command:
         form: str,
         expression: str | None,
         time: str | None,
-        number: bool,
+        number: bool | None,
         color: str,
         duration: float | None,
         count: int | None,
@@ -81,7 +81,7 @@ def command(words: Words) -> click.Command:
         drawn = rerun or given.get("save") is not None
         check(given, words, drawn=drawn, shown=rerun, why_not=("sniff.needs_rerun", "--rerun"))
         settings: dict[str, Any] = {"format": form, "depth": depth, "time": time, "filter": expression, "limit": count}
-        settings |= {"numbered": number, "coloured": form == "text" and out.coloured}
+        settings |= {"numbered": bool(number), "coloured": form == "text" and out.coloured}
         settings["masks"] = [channel.mask for channel in named if channel.filters]
         settings["incidents"] = depth != "brief"
         if expect is not None:

@@ -282,7 +282,7 @@ def listing_options(words: Words) -> list[click.Parameter]:
         click.Option(["--explain"], is_flag=True, help=words("decode.explain")),
         format_option(words, "decode"),
         time_option(words, "decode.time", deltas=True),
-        click.Option(["-n", "--number"], is_flag=True, help=words("opt.number")),
+        click.Option(["-n", "--number/--no-number"], default=None, help=words("opt.number")),
         color_option(words),
     ]
 
@@ -293,6 +293,14 @@ def time_option(words: Words, help_key: str = "opt.time", *, deltas: bool = Fals
     return click.Option(["-t", "time"], type=OneOf(forms, words), help=words(help_key))
 
 
+def clock(time: str | None, form: str, output: str | None) -> str | None:
+    """Return the form of times: that of -t, without it the time since the start for text on a terminal."""
+    from canalyze.output import terminal_encoding
+
+    shown = form == "text" and output in (None, "-") and terminal_encoding() is not None
+    return "z" if time is None and shown else time
+
+
 def color_option(words: Words) -> click.Option:
     """Give --color, for a command whose text may stand out by colours."""
     return click.Option(
@@ -300,7 +308,7 @@ def color_option(words: Words) -> click.Option:
     )
 
 
-def depth_of(form: str, words: Words, *, brief: bool, explain: bool, number: bool = False) -> str:
+def depth_of(form: str, words: Words, *, brief: bool, explain: bool, number: bool | None = None) -> str:
     """Give how much a line of a listing says, as the core calls it; what does not go together is a usage error."""
     context = click.get_current_context()
     if brief and explain:

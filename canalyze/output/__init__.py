@@ -122,6 +122,8 @@ class Output:
     """Nothing of it reaches a terminal: progress may be shown meanwhile."""
     coloured = False
     """What stands out may do so by colour (see `open_output`)."""
+    columns: int | None = None
+    """Lines for people that are wider than this are broken, with a hanging indent (see `open_output`)."""
     pager: "ClassVar[Pager | None]" = None
     """What has to be begun before something is written to a terminal."""
 
@@ -154,6 +156,10 @@ class Output:
 
     def shown(self, lines: bytes) -> None:
         """Write complete lines for people."""
+        if self.columns is not None:
+            from canalyze.output.hanging import hanging
+
+            lines = hanging(lines, self.columns)
         self.write(commandless(lines))
 
     def text(self, text: str) -> None:
@@ -270,10 +276,17 @@ def _is_device(path: "Path") -> bool:
     return not stat.S_ISREG(mode)
 
 
-def open_output(name: str | None, *, force: bool = False, color: str = "auto") -> Output:
-    """Give standard output, or the file of that name ('-' is standard output). color: what --color says."""
+def open_output(name: str | None, *, force: bool = False, color: str = "auto", hangs: bool = False) -> Output:
+    """Give standard output, or the file of that name ('-' is standard output).
+
+    color: what --color says. hangs: on a terminal, lines for people have a hanging indent.
+    """
     out = Output() if name is None or name == "-" else FileOutput(name, force=force)
     out.coloured = color == "always" or (color == "auto" and _coloured(out))
+    if hangs and out.is_terminal:
+        import shutil
+
+        out.columns = shutil.get_terminal_size().columns
     return out
 
 
