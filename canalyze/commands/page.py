@@ -9,6 +9,7 @@ import click
 from canalyze.configuration.config import Config
 from canalyze.configuration.options import (
     ANY_PATH,
+    SHORT,
     CaptureOptions,
     bitrate_option,
     known_of,
@@ -62,7 +63,8 @@ def command(words: Words) -> click.Command:
 
 def _reading_options(words: Words) -> Iterator[click.Parameter]:
     """Give how captures are read, as far as the page reads them again."""
-    return (one for one in reading_options(words) if one.name not in ("expression", "threads"))
+    left_out = {"expression", "threads", *(one.name for one in SHORT)}
+    return (one for one in reading_options(words) if one.name not in left_out)
 
 
 def page(

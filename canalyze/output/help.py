@@ -181,10 +181,10 @@ def screen(command: click.Command, words: Words, topics: Mapping[str, Sequence[s
 
     name = command.name or ""
     columns = max(40, min(shutil.get_terminal_size().columns, 100))
-    lines = [f"{words('page.usage')}{name} {words(f'{name}.usage')}", ""]
+    lines = [f"{words('heading.usage')}{name} {words(f'{name}.usage')}", ""]
     lines += [" " * _MARGIN + line for line in wrap(words(f"{name}.first"), columns - _MARGIN)]
     lines += ["", *_verbatim(words(f"{name}.usual")), ""]
-    rows = [(words(f"page.{topic}"), "  ".join(names)) for topic, names in topics.items()]
+    rows = [(words(f"heading.{topic}"), "  ".join(names)) for topic, names in topics.items()]
     lines += [*definitions(rows, columns=columns, margin=_MARGIN), "", *_verbatim(words(f"{name}.more"))]
     return "\n".join(lines)
 
