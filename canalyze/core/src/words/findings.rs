@@ -21,7 +21,12 @@ pub fn consequences(out: &mut Vec<u8>, lang: Lang, cause: u64, rules: &BTreeMap<
     let count: u64 = rules.values().sum();
     let many = if count == 1 { " consequence: " } else { " consequences: " };
     say!(out, lang; zh: "第", cause, "帧: ", count, "条后果: "; en: "frame ", cause, ": ", count, many);
-    sentence::codes(out, rules, lang.pick("、", ", "));
+    for (place, (code, count)) in rules.iter().enumerate() {
+        put!(out; if place > 0 { "; " } else { "" }, code.rule().id, " ", lang.of(code.rule().message));
+        if *count > 1 {
+            put!(out; " (", *count, ")");
+        }
+    }
 }
 
 /// Appends a finding, in one sentence without line end, that is read at the frame `seen_at`: if it is about

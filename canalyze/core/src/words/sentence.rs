@@ -2,14 +2,12 @@
 //!
 //! The finding names its sentence. Facts are printed here, for all rules alike.
 
-use std::collections::BTreeMap;
-
 use super::digits::{Hex, Spaced, put};
 use super::services::sdo;
 use super::value::Size;
 use super::{Lang, escape, signal, terms};
 use crate::bytes::ns::Ns;
-use crate::rules::finding::{Code, CrcMatch, NamedProblem, Quantity, Said};
+use crate::rules::finding::{CrcMatch, NamedProblem, Quantity, Said};
 use crate::sdo::wire::Side;
 use crate::wire::error_control;
 use crate::wire::{emcy, lss, nmt};
@@ -176,16 +174,6 @@ pub fn duration(out: &mut Vec<u8>, ns: Ns) {
         out.extend(digits.iter().take(shown).map(|digit| b'0' + *digit as u8));
     }
     put!(out; name);
-}
-
-/// Appends codes of rules, each with its count unless that is one.
-pub fn codes(out: &mut Vec<u8>, rules: &BTreeMap<Code, u64>, between: &'static str) {
-    for (place, (code, count)) in rules.iter().enumerate() {
-        put!(out; if place > 0 { between } else { "" }, code.rule().id);
-        if *count > 1 {
-            put!(out; " (", *count, ")");
-        }
-    }
 }
 
 #[cfg(test)]
