@@ -28,9 +28,13 @@ fn told(lang: Lang, depth: Depth) -> String {
 fn consequences_are_one_line_a_cause() {
     let english = told(Lang::En, Depth::Default);
     let last = english.lines().last();
-    assert_eq!((english.lines().count(), last), (2, Some("#   frame 4: 3 consequences: PDO004, SYN008 (2)")));
+    let said = "PDO004 sent again within the inhibit time; SYN008 synchronous PDO missing in its cycle (2)";
+    assert_eq!((english.lines().count(), last), (2, Some(&*format!("#   frame 4: 3 consequences: {said}"))));
     let chinese = told(Lang::Zh, Depth::Default);
-    assert_eq!(chinese.lines().last(), Some("#   第4帧: 3条后果: PDO004、SYN008 (2)"));
+    assert_eq!(
+        chinese.lines().last(),
+        Some("#   第4帧: 3条后果: PDO004 抑制时间内再次发送; SYN008 周期内缺少同步PDO (2)")
+    );
 }
 
 #[test]
