@@ -62,7 +62,7 @@ def command(words: Words) -> click.Command:
 
 
 def _reading_options(words: Words) -> Iterator[click.Parameter]:
-    """Give how captures are read, as far as the page reads them again."""
+    """Return how captures are read, as far as the page reads them again."""
     left_out = {"expression", "threads", *(one.name for one in SHORT)}
     return (one for one in reading_options(words) if one.name not in left_out)
 
@@ -70,7 +70,7 @@ def _reading_options(words: Words) -> Iterator[click.Parameter]:
 def page(
     recordings: Iterable[Sequence[str]], given: CaptureOptions, stamps: str, words: Words, *, some: bool = False
 ) -> bytes:
-    """Give the page with captures inside, each of the files of a recording, read as the options say.
+    """Return the page with captures inside, each of the files of a recording, read as the options say.
 
     some: files that cannot be read are left out; they were complained of.
     """

@@ -161,7 +161,7 @@ def _table(
 
 
 def columns(words: Words, *, moments: bool = True, since_start: bool = False) -> list[Column]:
-    """Give the columns of the table.
+    """Return the columns of the table.
 
     moments: times are not asked for: they may become shorter, and leave. since_start: they are short already.
     """

@@ -52,7 +52,7 @@ def network(
 
 
 def network_rows(filed: Known, given: Known, read: "dict[str, Dictionary] | None" = None) -> dict[str, Any]:
-    """Give the same as plain rows for a core that is elsewhere; of what is odd about a description nothing is said."""
+    """Return the same as plain rows for a core that is elsewhere. Defects of descriptions are not reported."""
     from canalyze.dictionary.table import arguments
 
     known = filed.overruled(given)
@@ -71,12 +71,12 @@ def network_rows(filed: Known, given: Known, read: "dict[str, Dictionary] | None
 
 
 def _in_64_bits(rows: "list[Row]") -> "list[Row]":
-    """Give rows whose values are the numbers of 64 bits that the core makes of them."""
+    """Return rows whose values are the numbers of 64 bits that the core makes of them."""
     return [(*row[:5], None if row[5] is None else row[5] & (1 << 64) - 1, *row[6:]) for row in rows]
 
 
 def _further(known: Known) -> dict[str, Any]:
-    """Give what is known beside descriptions, by the arguments of the core."""
+    """Return what is known beside descriptions, by the arguments of the core."""
     return {
         "cobs": [(_name(cob.bus), *cob.can_id, cob.node, cob.direction, cob.number) for cob in known.cobs],
         "values": [(_name(pdo.bus), pdo.node, *value) for pdo in known.pdos for value in pdo.objects],

@@ -109,7 +109,7 @@ class CaptureOptions(NetworkOptions, total=False):
 
 
 def common_options(words: Words) -> list[click.Parameter]:
-    """Give the options that every command has. All but --help are settled before click sees them."""
+    """Return the options that every command has. All but --help are settled before click sees them."""
     return [
         click.Option(["--lang"], type=OneOf(LANGUAGES, words), expose_value=False, help=words("opt.lang")),
         click.Option(["--config"], type=ANY_PATH, metavar="FILE", expose_value=False, help=words("opt.config")),

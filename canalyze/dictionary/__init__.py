@@ -92,7 +92,7 @@ def _entry(
     parameter: _Filed,
     *rest: Any,
 ) -> Entry:
-    """Give an entry as the core has it, in which a tuple is an offset to the node-ID."""
+    """Return an entry as the core has it, in which a tuple is an offset to the node-ID."""
     return Entry(
         index,
         sub,

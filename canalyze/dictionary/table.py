@@ -20,7 +20,7 @@ def table(file: str, form: str, product: str | None, objects: Iterable[Object]) 
 
 
 def arguments(file: str, form: str, product: str | None, objects: Iterable[Object]) -> dict[str, Any]:
-    """Give what the core's table is made of."""
+    """Return what the core's table is made of."""
     name = os.fsencode(file).decode("utf-8", "backslashreplace")
     return {"file": name, "form": form, "device": product or "", "rows": list(rows(objects))}
 

@@ -42,7 +42,7 @@ class Part(NamedTuple):
 def page(
     lang: str, options: Mapping[str, Any], captures: Iterable[Sequence[Part]] = (), *, merge: bool = False
 ) -> bytes:
-    """Give the page. lang: shown first; options: of each session, by their names; captures: each with its files.
+    """Return the page. lang: shown first; options: of each session, by their names; captures: each with its files.
 
     merge: the files of a capture are joined by time. OutputError where the core for the page was not built, or where
     the captures are too large for a page.
@@ -102,7 +102,7 @@ def _words(lang: str) -> dict[str, str]:
 
 
 def _json(value: object) -> str:
-    """Give JSON that cannot end the element that it is in."""
+    """Return JSON that cannot end the element that it is in."""
     return json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
 
 

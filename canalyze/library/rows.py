@@ -181,7 +181,7 @@ class Transfers(Rows[Transfer]):
         bus: str | None = None,
         status: Literal["ok", "aborted", "incomplete", "failed"] | None = None,
     ) -> Self:
-        """Give those of a node, an object, a direction ...
+        """Return those of a node, an object, a direction ...
 
         object: "1018:01", "1018h:01", (0x1018, 1), or 0x1018 and "1018" with all sub-indexes. ValueError for what is no
         object, and for words that no transfer has.

@@ -98,7 +98,7 @@ class Diagnosis(Sequence[Problem]):
         return len(self._roots)
 
     def __getitem__(self, place: Any) -> Any:
-        """Give one, or some."""
+        """Return one, or some."""
         return self._roots[place]
 
     @property
@@ -131,7 +131,7 @@ class Inventory(Sequence[Mapping[str, Any]]):
         return len(self._objects)
 
     def __getitem__(self, place: Any) -> Any:
-        """Give one object, or some."""
+        """Return one object, or some."""
         return self._objects[place]
 
     def of(

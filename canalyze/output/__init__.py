@@ -277,7 +277,7 @@ def _is_device(path: "Path") -> bool:
 
 
 def open_output(name: str | None, *, force: bool = False, color: str = "auto", hangs: bool = False) -> Output:
-    """Give standard output, or the file of that name ('-' is standard output).
+    """Return standard output, or the file of that name ('-' is standard output).
 
     color: what --color says. hangs: on a terminal, lines for people have a hanging indent.
     """

@@ -55,7 +55,7 @@ class Pager:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Give the terminal back, and wait until the user has seen enough."""
+        """Return the terminal back, and wait until the user has seen enough."""
         Output.pager = None
         if self._process is None:
             return

@@ -288,8 +288,10 @@ impl Diagnosis {
                             && self.ledger.comes_from(one.id, **id)
                     })
                 };
-                // An axis has left the fault once no error is left, and has not shown another state yet.
-                let cleared = heard.noted(Last::NoError, node);
+                let problem = order.iter().find(about).copied();
+                // An axis has left the fault once no error is left, unless a problem says that it has not; it has shown no
+                // other state yet.
+                let cleared = heard.noted(Last::NoError, node).filter(|_| problem.is_none());
                 let is_current = |(_, state, at): &(usize, DriveState, FrameRef)| {
                     *state != DriveState::Fault || cleared.is_none_or(|cleared| cleared.no < at.no)
                 };
@@ -301,7 +303,7 @@ impl Diagnosis {
                     is_beating: heard.is_beating(node),
                     drives: known.drive_reports(node).filter(is_current).map(|(_, state, _)| state).collect(),
                     error: heard.errors_of.get(usize::from(node)).copied().flatten(),
-                    problem: order.iter().find(about).copied(),
+                    problem,
                 });
             }
         }
