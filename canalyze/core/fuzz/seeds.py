@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import struct
 import sys
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,9 +18,14 @@ SAMPLES = HERE.parents[2] / "samples"
 LARGEST = 8192
 """A longer seed slows the fuzzer down and shows nothing new."""
 
+_SMALLEST = 4
+"""A shorter seed holds no frame."""
+
 _FRAME = re.compile(rb"^\((\d+\.\d+)\) (\S+) ([0-9A-F]{3})#((?:[0-9A-F]{2})*)", re.MULTILINE)
 _OPTIONS = (0, 2, 9, 14)
 """Values of the byte that sets a target's options."""
+_WRITTEN = {0: "blf", 2: "trc"}
+"""The forms in which python-can writes seeds, by the byte that sets the target's options."""
 _NODES = 4
 _GAPS_S = (0.0045, 0.005, 1.0)
 """Below each of them the gap of that number is taken, above all the last."""
@@ -176,6 +182,77 @@ def live(text: bytes, options: int) -> bytes:
     return bytes([options, 5 if options & 4 else 0]) + out
 
 
+def rows(text: bytes, options: int) -> bytes:
+    """The data frames of a `candump -l` log as one of four programs lists them, for the target `rows`."""
+    out = bytearray()
+    for place, (seconds, micros, bus, digits, payload) in enumerate(_ANY_ID.findall(text)):
+        data = bytes.fromhex(payload.decode())[:8]
+        time, spaced = f"{int(seconds) % 1000}.{micros.decode()}", data.hex(" ").upper()
+        can_id, extended = digits.decode(), len(digits) == 8
+        match options:
+            case 0:
+                heading = "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8"
+                cells = [*(f"{byte:02X}" for byte in data), *[""] * (8 - len(data))]
+                micro = int(seconds) % 1000 * 1_000_000 + int(micros)
+                line = f"{micro},{can_id.zfill(8)},{str(extended).lower()},Rx,0,{len(data)},{','.join(cells)}"
+            case 2:
+                heading = ""
+                kind = "X" if extended else "S"
+                line = f"Timestamp: {time}    ID: {can_id:>8}    {kind} Rx                DL:  {len(data)}    {spaced}"
+                line += f"     Channel: {bus.decode(errors='replace')}"
+            case 9:
+                heading = "| No. | Time | ID | DLC | Data |\n| --- | --- | --- | --- | --- |"
+                line = f"| {place + 1} | {time} | 0x{can_id} | {len(data)} | {spaced} |"
+            case _:
+                heading, line = "", f"{can_id} {spaced}"
+        if not place and heading:
+            out += heading.encode() + b"\n"
+        out += line.encode() + b"\n"
+    return bytes([options]) + bytes(out)
+
+
+def _written(text: bytes, suffix: str) -> bytes:
+    """The data frames of a `candump -l` log as python-can writes them in a file with this suffix, not packed."""
+    frames = _ANY_ID.findall(text)[:100]
+    if not frames:
+        return b""
+    import can
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, f"one.{suffix}")
+        packing = {"compression_level": 0} if suffix == "blf" else {}
+        with can.Logger(path, **packing) as writer:
+            for seconds, micros, _, digits, payload in frames:
+                stamp, data = int(seconds) + int(micros) / 1e6, bytes.fromhex(payload.decode())[:8]
+                writer.on_message_received(
+                    can.Message(stamp, int(digits, 16), is_extended_id=len(digits) == 8, data=data, channel=1)
+                )
+        return path.read_bytes()
+
+
+_FD_FRAME = re.compile(rb"^\((\d+\.\d+)\) \S+ ([0-9A-F]{3})##[0-9A-F]((?:[0-9A-F]{2})*)", re.MULTILINE)
+_GAPS_USDO_S = (0.0045, 0.005, 1.0)
+
+
+def usdo(text: bytes, options: int) -> bytes:
+    """The USDO frames of a `candump -l` log, as the target `usdo` reads them: with the target's own nodes."""
+    seed, nodes, last = bytearray([options]), [], 0.0
+    for seconds, digits, payload in _FD_FRAME.findall(text):
+        can_id, data = int(digits, 16), bytes.fromhex(payload.decode())
+        if can_id & 0x780 not in (0x580, 0x600) or len(data) < 3:
+            continue
+        sender, receiver = can_id & 0x7F, data[0]
+        nodes += [node for node in (sender, receiver) if node not in nodes]
+        gap = sum(float(seconds) - last >= limit for limit in _GAPS_USDO_S)
+        last = float(seconds)
+        of_server = can_id & 0x780 == 0x580
+        client, server = (receiver, sender) if of_server else (sender, receiver)
+        body = data[1:2] + data[3:]
+        seed += bytes([of_server << 7 | nodes.index(client) % 4 << 5 | gap << 3])
+        seed += bytes([nodes.index(server) % 4 << 6 | data[2] & 63, len(body)]) + body
+    return bytes(seed)
+
+
 def _settings(place: Path) -> None:
     """Files that users write: expectations beside the samples, and the examples of the pages."""
     place.mkdir(parents=True, exist_ok=True)
@@ -218,10 +295,17 @@ def main(corpus: Path) -> None:
                 "live": live(text, options),
                 "network": network(text, options),
                 "pcap": pcap(text, options),
+                "rows": rows(text, options),
                 "sdo": sdo(text, options),
                 "session": bytes([options, 1, options]) + text,
+                "usdo": usdo(text, options),
             }
+            if options in _WRITTEN:
+                suffix = _WRITTEN[options]
+                seeds[suffix] = bytes([options]) + _written(text, suffix)
             for target, seed in seeds.items():
+                if len(seed) < _SMALLEST:
+                    continue
                 place = corpus / target
                 place.mkdir(parents=True, exist_ok=True)
                 (place / f"{path.name}.{options}").write_bytes(seed[:LARGEST])

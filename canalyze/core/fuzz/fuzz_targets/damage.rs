@@ -7,7 +7,7 @@
 use canalyze_core::bytes::frame::{Buses, CanId, Frame, Stamp, StampForm};
 use canalyze_core::bytes::ns::Ns;
 use canalyze_core::bytes::readers::{self, Item, Reader};
-use canalyze_core::bytes::writers::{Format, CaptureFacts, WriterSettings, Writer};
+use canalyze_core::bytes::writers::{CaptureFacts, Format, Writer, WriterSettings};
 use libfuzzer_sys::fuzz_target;
 
 /// Each format, how it is read, and whether a checksum covers every frame.

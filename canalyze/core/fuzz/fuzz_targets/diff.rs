@@ -8,19 +8,20 @@ mod traffic;
 
 use std::sync::Arc;
 
-use canalyze_core::views::diff::digest::Digest;
-use canalyze_core::views::diff::{Comparison, DiffSettings, compare};
 use canalyze_core::bytes::frame::Frame;
-use canalyze_core::world::network::Network;
+use canalyze_core::session::{Options, Output, Session};
 use canalyze_core::tables::diff::{DiffSetting, body, head};
 use canalyze_core::tables::jsonl;
-use canalyze_core::session::{Options, Output, Session};
+use canalyze_core::views::diff::digest::Digest;
+use canalyze_core::views::diff::{Comparison, DiffSettings, compare};
 use canalyze_core::words::Lang;
+use canalyze_core::world::network::Network;
 use libfuzzer_sys::fuzz_target;
 use serde_json::Value;
 
 fn digest(frames: &[Frame], network: &Arc<Network>) -> Digest {
     let mut options = Options::of(Lang::Zh, &[Output::Digest]);
+    options.threads = Some(1);
     options.known.network = Arc::clone(network);
     let mut session = Session::new(options);
     let mut out = Vec::new();

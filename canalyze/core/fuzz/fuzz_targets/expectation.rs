@@ -8,10 +8,10 @@ mod traffic;
 
 use std::sync::Arc;
 
-use canalyze_core::bytes::ns::Ns;
-use canalyze_core::views::expectation::Expectations;
 use canalyze_core::bytes::frame::Frame;
+use canalyze_core::bytes::ns::Ns;
 use canalyze_core::session::{Knowledge, Options, Output, Rows, Session};
+use canalyze_core::views::expectation::Expectations;
 use canalyze_core::words::Lang;
 use libfuzzer_sys::fuzz_target;
 use serde_json::{Map, Value, json};
@@ -109,6 +109,7 @@ fuzz_target!(|input: &[u8]| {
     let frames = traffic::frames(frames.get(1..).unwrap_or_default(), choice & 1 == 0);
     let network = Arc::new(if choice & 8 == 0 { traffic::network() } else { Default::default() });
     let options = |output| Options {
+        threads: Some(1),
         known: Knowledge { network: Arc::clone(&network), expectations: expectations.clone() },
         ..Options::of(if choice & 2 == 0 { Lang::Zh } else { Lang::En }, &[output])
     };

@@ -9,12 +9,12 @@ mod traffic;
 use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
 
+use canalyze_core::bytes::frame::Frame;
 use canalyze_core::bytes::ns::Ns;
+use canalyze_core::session::{Format, Knowledge, Options, Output, Session};
+use canalyze_core::tables::columns::Name;
 use canalyze_core::views::expectation::Expectations;
 use canalyze_core::views::finding_context::MOST;
-use canalyze_core::bytes::frame::Frame;
-use canalyze_core::tables::columns::Name;
-use canalyze_core::session::{Format, Knowledge, Options, Output, Session};
 use canalyze_core::words::{Depth, Lang};
 use canalyze_core::world::network::Network;
 use libfuzzer_sys::fuzz_target;
@@ -98,6 +98,8 @@ fuzz_target!(|input: &[u8]| {
         let (_, format) = Format::NAMES.iter().find(|row| row.0 == name).expect("it is a format");
         let mut options = Options::of(if choice & 2 == 0 { Lang::Zh } else { Lang::En }, format.outputs);
         let expectations = (choice & 8 != 0).then(|| Arc::clone(&EXPECTATIONS));
+        // Frames are pushed on one thread; without the number each session asks the system how many it has.
+        options.threads = Some(1);
         options.known = Knowledge { network: Arc::clone(&NETWORK), expectations };
         options.writing.depth = if choice & 4 == 0 { Depth::Default } else { Depth::Explain };
         options

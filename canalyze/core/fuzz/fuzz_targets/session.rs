@@ -3,12 +3,12 @@
 //! The first two bytes are the sizes of the pieces, the third sets the options of the runs that are compared.
 #![no_main]
 
-use canalyze_core::views::filter::Filter;
-use canalyze_core::views::monitor::{Line, Wanted};
 use canalyze_core::bytes::readers::InputFormat as Input;
 use canalyze_core::bytes::readers::candump::Stamps;
-use canalyze_core::tables::columns::Name;
 use canalyze_core::session::{Options, Output, Rows, Session};
+use canalyze_core::tables::columns::Name;
+use canalyze_core::views::filter::Filter;
+use canalyze_core::views::monitor::{Line, Wanted};
 use canalyze_core::words::{Depth, Lang};
 use libfuzzer_sys::fuzz_target;
 use std::collections::BTreeMap;

@@ -3,8 +3,8 @@
 //! The whole input is the file, once as `canalyze.toml` and once as expectations. It must not judge what is read.
 #![no_main]
 
-use canalyze_core::views::expectation::Expectations;
 use canalyze_core::settings::{Mistake, expectations, settings};
+use canalyze_core::views::expectation::Expectations;
 use libfuzzer_sys::fuzz_target;
 
 const FILE: &str = "f";

@@ -3,9 +3,9 @@
 //! Each frame is two bytes of identifier and kind, one byte of time since the frame before, one byte of length, and its
 //! data.
 
+use canalyze_core::bytes::frame::{BusId, CanId, Frame, Kind, Stamp, StampForm};
 use canalyze_core::bytes::ns::Ns;
 use canalyze_core::world::dictionary::{Access, Dictionary, Form, Object, Preset};
-use canalyze_core::bytes::frame::{BusId, CanId, Frame, Kind, Stamp, StampForm};
 use canalyze_core::world::network::{Description, Network};
 use std::sync::Arc;
 
