@@ -164,7 +164,7 @@ MAY_USE: dict[str, set[str]] = {
         "output",
         "output.writing",
     },
-    "html": SAID,
+    "html": {*SAID, "sources"},
     "timeline": {*SAID, "_core", "output.layout", "output", "reports", "output.writing"},
     "exporting": {*SAID, "_core", "library", "output", "output.writing"},
     "agents": {*SAID, "library", "output", "output.jsonl", "configuration.network", "sources.names"},

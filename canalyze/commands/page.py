@@ -1,7 +1,6 @@
 """`canalyze page`: the program as one HTML file, empty or with captures inside."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 import click
@@ -41,11 +40,10 @@ def command(words: Words) -> click.Command:
             if one.error is not None:
                 raise one.error
             names.append(one.name)
-        made = page([tuple(names)] if given.get("merge") else [(name,) for name in names], given, stamps, words)
-        with FileOutput(output, force=force) as file:
-            file.write(made)
+        recordings = [tuple(names)] if given.get("merge") else [(name,) for name in names]
+        size = write(output, pieces(recordings, given, stamps, words), force=force)
         name = wording.capture_name(output)
-        Output().text(words("page.written", name=name, megabytes=f"{len(made) / 1e6:.1f}") + "\n")
+        Output().text(words("page.written", name=name, megabytes=f"{size / 1e6:.1f}") + "\n")
         return 0
 
     return Command(
@@ -67,12 +65,22 @@ def _reading_options(words: Words) -> Iterator[click.Parameter]:
     return (one for one in reading_options(words) if one.name not in left_out)
 
 
-def page(
+def write(name: str, page: Iterable[bytes], *, force: bool) -> int:
+    """Write a page to a file and return its size; nothing stays of a page that fails."""
+    size = 0
+    with FileOutput(name, force=force) as file:
+        for piece in page:
+            file.write(piece)
+            size += len(piece)
+    return size
+
+
+def pieces(
     recordings: Iterable[Sequence[str]], given: CaptureOptions, stamps: str, words: Words, *, some: bool = False
-) -> bytes:
+) -> Iterator[bytes]:
     """Return the page with captures inside, each of the files of a recording, read as the options say.
 
-    some: files that cannot be read are left out; they were complained of.
+    some: what cannot be read is left out; it was complained of.
     """
     from canalyze import html
     from canalyze.configuration.descriptions import network_rows
@@ -86,28 +94,16 @@ def page(
         "network": network_rows(filed, known_of(given)),
     }
     form = given.get("input_format")
-    captures = [list(_parts(names, form, some=some)) for names in recordings]
-    return html.page(words.lang, options, captures, merge=given.get("merge", False))
+    captures = (_opened(names, form, some=some) for names in recordings)
+    return html.pieces(words.lang, options, captures, merge=given.get("merge", False), some=some)
 
 
-def _parts(names: Iterable[str], form: str | None, *, some: bool) -> Iterator["Part"]:
+def _opened(names: Iterable[str], form: str | None, *, some: bool) -> Iterator["Part"]:
+    """Open files one after the other, each until the next is wanted."""
     for name in names:
         try:
-            yield _part(name, form)
+            with open_capture(name, form) as capture:
+                yield capture
         except SourceError:
             if not some:
                 raise
-
-
-def _part(name: str, form: str | None) -> "Part":
-    """Read a file whole, unpacked, as a session is fed."""
-    from canalyze.html import Part
-
-    with open_capture(name, form) as capture:
-        data = b"".join(iter(capture.read, b""))
-        damage = None
-        if capture.damage:
-            kind, offset, lost, since = capture.damage
-            kind, offset = (kind, offset) if since is None else ("doubtful", since)
-            damage = {"kind": kind, "offset": offset, "bytes": lost}
-        return Part(Path(name).name, capture.format, data, damage)

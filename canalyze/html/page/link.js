@@ -106,7 +106,7 @@ function embeddedSources() {
   /** @type {Map<number, Source>} */
   const found = new Map();
   for (const one of document.querySelectorAll("script.capture")) {
-    const { recording, name, format, damage } = JSON.parse(one.getAttribute("data-about") ?? "{}");
+    const { recording, name, format, damage } = JSON.parse(one.nextElementSibling?.textContent ?? "{}");
     const bytes = Uint8Array.from(atob(one.textContent ?? ""), (char) => char.charCodeAt(0));
     const read = async (/** @type {number} */ at, /** @type {number} */ length) => bytes.slice(at, at + length).buffer;
     const source = found.get(recording) ?? { name: "", parts: [] };
