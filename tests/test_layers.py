@@ -138,6 +138,7 @@ MAY_USE: dict[str, set[str]] = {
     "library": {
         *READ,
         "dictionary",
+        "html",
         "output",
         "sinks",
         "values",
