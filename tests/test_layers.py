@@ -161,6 +161,7 @@ MAY_USE: dict[str, set[str]] = {
         "problem",
         "output.jsonl",
         "output.layout",
+        "html",
         "library",
         "output",
         "output.writing",

@@ -61,11 +61,24 @@ def pieces(
     the page was not built, and, after some pieces, where the captures are too large for a page.
     """
     parts = {"wasm": _packed(core()), "worker": _scripts("worker", WORKER), "script": _scripts("page", PAGE)}
-    parts["style"] = (FOLDER / "page" / "page.css").read_text(encoding="utf-8")
+    parts["style"] = _style()
     parts["policy"] = _policy(parts["style"], parts["script"])
     parts["words"] = _json({one: _words(one) for one in LANGUAGES})
     parts["settings"] = _json({"lang": lang, "merge": merge, "options": dict(options)})
     return _filled(parts, _captures(captures, some=some))
+
+
+def static(lang: str, title: str, body: str) -> bytes:
+    """Return a page in the style of the page, without scripts. title, body: as HTML."""
+    style = _style()
+    head = f'<meta charset="utf-8">\n<meta http-equiv="Content-Security-Policy" content="{_policy(style)}">'
+    head += f'\n<meta name="color-scheme" content="light dark">\n<title>{title}</title>\n<style>{style}</style>'
+    text = f'<!DOCTYPE html>\n<html lang="{lang}">\n<head>\n{head}\n</head>\n<body>\n{body}\n</body>\n</html>\n'
+    return text.encode("utf-8", "backslashreplace")
+
+
+def _style() -> str:
+    return (FOLDER / "page" / "page.css").read_text(encoding="utf-8")
 
 
 def core() -> bytes:
@@ -97,17 +110,10 @@ def _scripts(folder: str, names: Iterable[str]) -> str:
     return text
 
 
-def _policy(style: str, script: str) -> str:
-    return "; ".join(
-        (
-            "default-src 'none'",
-            f"script-src {_hash(script)} 'wasm-unsafe-eval'",
-            "worker-src blob:",
-            f"style-src {_hash(style)}",
-            "base-uri 'none'",
-            "form-action 'none'",
-        )
-    )
+def _policy(style: str, script: str | None = None) -> str:
+    scripts = (f"script-src {_hash(script)} 'wasm-unsafe-eval'", "worker-src blob:") if script else ()
+    rest = (f"style-src {_hash(style)}", "base-uri 'none'", "form-action 'none'")
+    return "; ".join(("default-src 'none'", *scripts, *rest))
 
 
 def _hash(text: str) -> str:
