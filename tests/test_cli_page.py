@@ -14,9 +14,10 @@ import pytest
 from captures import EDS, SAMPLES, held
 from conftest import Runner
 
+import canalyze
 from canalyze import html
 from canalyze.cli import main
-from canalyze.errors import OutputError
+from canalyze.errors import OutputError, SourceError
 
 CAPTURE = re.compile(
     r'<script type="text/plain" class="capture">([^<]*)</script><script type="application/json">([^<]*)</script>'
@@ -90,8 +91,8 @@ def test_what_options_say_is_in_it(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("core")
 @pytest.mark.parametrize("damaged", [False, True])
 def test_packed_captures_are_inside_as_they_are_fed(damaged: bool, tmp_path: Path) -> None:
-    data = (SAMPLES / "problems.log").read_bytes()
-    packed = bz2.compress(data)
+    data = (SAMPLES / "problems.log").read_bytes() * 40
+    packed = bz2.compress(data, 1)
     (tmp_path / "a.log.bz2").write_bytes(packed[: len(packed) // 2] if damaged else packed)
     output = tmp_path / "page.html"
     assert main(["page", str(tmp_path / "a.log.bz2"), "-o", str(output)]) == 0
@@ -99,7 +100,8 @@ def test_packed_captures_are_inside_as_they_are_fed(damaged: bool, tmp_path: Pat
     about = json.loads(said)
     assert about["name"] == "a.log.bz2" and about["format"] == "candump"
     assert (about["damage"] is not None) == damaged
-    assert damaged or gzip.decompress(base64.b64decode(inside)) == data
+    read = gzip.decompress(base64.b64decode(inside))
+    assert data.startswith(read) if damaged else read == data
 
 
 @pytest.mark.usefixtures("core")
@@ -148,3 +150,21 @@ def test_files_are_kept_and_missing_ones_named(tmp_path: Path, capsys: pytest.Ca
 def test_the_output_is_required(canalyze: Runner) -> None:
     done = canalyze("page", "--lang", "en")
     assert done.code == 2 and "-o" in done.err
+
+
+@pytest.mark.usefixtures("core")
+@pytest.mark.parametrize("data", [b"nothing\n", b"", random.Random(1).randbytes(5000), b"no\n" * 100_000])
+def test_what_holds_no_frame_is_refused_as_decode_does(
+    data: bytes, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    noise = tmp_path / "noise.log"
+    noise.write_bytes(data)
+    assert main(["--lang", "en", "decode", str(noise)]) == 2
+    wanted = capfd.readouterr()
+    output = tmp_path / "page.html"
+    assert main(["--lang", "en", "page", str(SAMPLES / "problems.log"), str(noise), "-o", str(output)]) == 2
+    said = capfd.readouterr()
+    assert said.err.splitlines() == wanted.err.splitlines()[-1:] != [] and not said.out
+    assert not output.exists()
+    with pytest.raises(SourceError, match=re.escape(str(noise))):
+        canalyze.open(noise).html()

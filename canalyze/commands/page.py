@@ -1,6 +1,7 @@
 """`canalyze page`: the program as one HTML file, empty or with captures inside."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, Unpack
 
 import click
@@ -12,6 +13,7 @@ from canalyze.configuration.options import (
     CaptureOptions,
     bitrate_option,
     known_of,
+    open_session,
     output_options,
     reading_options,
 )
@@ -19,11 +21,13 @@ from canalyze.errors import SourceError
 from canalyze.output import FileOutput, Output
 from canalyze.output.help import Command
 from canalyze.reports import wording
+from canalyze.running.reading import Counted
 from canalyze.sources.format import open_capture
 from canalyze.sources.names import expanded
 from canalyze.words import Words
 
 if TYPE_CHECKING:
+    from canalyze._core import Session
     from canalyze.html import Part
 
 
@@ -80,7 +84,7 @@ def pieces(
 ) -> Iterator[bytes]:
     """Return the page with captures inside, each of the files of a recording, read as the options say.
 
-    some: what cannot be read is left out; it was complained of.
+    some: what cannot be read is left out; it was complained of. Else SourceError, also where there is no frame.
     """
     from canalyze import html
     from canalyze.configuration.descriptions import network_rows
@@ -94,16 +98,19 @@ def pieces(
         "network": network_rows(filed, known_of(given)),
     }
     form = given.get("input_format")
-    captures = (_opened(names, form, some=some) for names in recordings)
+    count = None if some else partial(open_session, words, given, format="info")
+    captures = (_opened(names, form, words, count) for names in recordings)
     return html.pieces(words.lang, options, captures, merge=given.get("merge", False), some=some)
 
 
-def _opened(names: Iterable[str], form: str | None, *, some: bool) -> Iterator["Part"]:
-    """Open files one after the other, each until the next is wanted."""
+def _opened(
+    names: Iterable[str], form: str | None, words: Words, count: "Callable[[], Session] | None"
+) -> Iterator["Part"]:
+    """Open files one after the other, each until the next is wanted; count: what holds no frame is an error."""
     for name in names:
         try:
             with open_capture(name, form) as capture:
-                yield capture
+                yield Counted(capture, count(), words, given_format=form is not None) if count else capture
         except SourceError:
-            if not some:
+            if count:
                 raise

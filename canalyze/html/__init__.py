@@ -17,11 +17,12 @@ from canalyze.errors import OutputError, SourceError
 from canalyze.words import LANGUAGES, sentences
 
 if TYPE_CHECKING:
+    from canalyze.running.reading import Counted
     from canalyze.sources.compressed import Damage
     from canalyze.sources.format import Capture
     from canalyze.sources.pythoncan import PythonCanCapture
 
-    Part = Capture | PythonCanCapture
+    Part = Capture | PythonCanCapture | Counted
 
 FOLDER: Final = Path(__file__).parent
 WASM: Final = FOLDER / "core.wasm"

@@ -28,13 +28,11 @@ from canalyze.library.rows import Events, Findings, Frames, Transfers, one_of
 from canalyze.library.series import Signals, signal
 from canalyze.library.stream import Silent
 from canalyze.problem import Problem, problem
-from canalyze.running.reading import Reading
+from canalyze.running.reading import Counted, Reading
 
 if TYPE_CHECKING:
     from canalyze._core import Batch, Session
     from canalyze.library import StrPath
-    from canalyze.sources.format import Capture as Opened
-    from canalyze.sources.pythoncan import PythonCanCapture
 
 T = TypeVar("T")
 
@@ -269,7 +267,8 @@ class Capture:
     def html(self, *, frames: Literal["near", "all"] = "all") -> str:
         """Return the page that `canalyze diagnose --html` writes, with the capture and its descriptions inside.
 
-        frames: without effect, the page has all. OutputError where this installation has no page.
+        frames: without effect, the page has all. OutputError where this installation has no page, SourceError where a
+        file cannot be read or holds no frame.
         """
         from canalyze import html
 
@@ -335,11 +334,12 @@ class Capture:
             for result in results:
                 yield from event.objects(result)
 
-    def _opened(self) -> "Iterator[Opened | PythonCanCapture]":
+    def _opened(self) -> Iterator[Counted]:
         """Open the inputs one after the other, each until the next is wanted."""
+        plan = self._plan
         for one in self._inputs:
             with one.open() as opened:
-                yield opened
+                yield Counted(opened, plan.session("info"), plan.words, given_format=plan.input_format is not None)
 
     def _results(self, session: "Session") -> Generator[bytes, None, None]:
         """Read all inputs through a session; when it comes to its end the complaints are known."""

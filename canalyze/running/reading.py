@@ -17,6 +17,7 @@ from canalyze.words import Words
 
 if TYPE_CHECKING:
     from canalyze._core import Session
+    from canalyze.sources.compressed import Damage
     from canalyze.sources.live import Live
     from canalyze.sources.pythoncan import PythonCanCapture
 
@@ -232,6 +233,32 @@ class Reading:
         if self._more:
             self._reader.complain(self._words("source.more_complaints", name=self._name, count=self._more))
         self._held, self._more = [], 0
+
+
+class Counted:
+    """An open capture whose frames are counted while it is read, as bytes: SourceError at its end where it has none."""
+
+    def __init__(self, capture: "Capture | PythonCanCapture", session: "Session", words: Words, *, given_format: bool):
+        """`session` counts; the format `info` does no more than that."""
+        self.name, self.format = capture.name, capture.format
+        self._capture, self._session, self._words, self._given_format = capture, session, words, given_format
+        session.begin(_utf8(capture.name), capture.regular, capture.format)
+
+    @property
+    def damage(self) -> "Damage | None":
+        """Why the file could be unpacked no further; known when nothing comes any more."""
+        return self._capture.damage
+
+    def read(self) -> bytes:
+        """Return the next bytes, b"" at the end."""
+        if data := self._capture.read():
+            self._session.feed(data)
+        else:
+            self._session.end()
+            problem = nothing(self._capture, self._session, self._words, given_format=self._given_format)
+            if self._session.file_frames == 0 and problem:
+                raise problem
+        return data
 
 
 def nothing(
