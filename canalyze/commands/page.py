@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 def command(words: Words) -> click.Command:
-    """Build the command in one language."""
+    """Builds the command in one language."""
 
     def run(
         files: tuple[str, ...], output: str | None, force: bool, stamps: str, **given: Unpack[CaptureOptions]
@@ -64,13 +64,13 @@ def command(words: Words) -> click.Command:
 
 
 def _reading_options(words: Words) -> Iterator[click.Parameter]:
-    """Return how captures are read, as far as the page reads them again."""
+    """Returns how captures are read, as far as the page reads them again."""
     left_out = {"expression", "threads", *(one.name for one in SHORT)}
     return (one for one in reading_options(words) if one.name not in left_out)
 
 
 def write(name: str, page: Iterable[bytes], *, force: bool) -> int:
-    """Write a page to a file and return its size; nothing stays of a page that fails."""
+    """Writes a page to a file and return its size; nothing stays of a page that fails."""
     size = 0
     with FileOutput(name, force=force) as file:
         for piece in page:
@@ -82,7 +82,7 @@ def write(name: str, page: Iterable[bytes], *, force: bool) -> int:
 def pieces(
     recordings: Iterable[Sequence[str]], given: CaptureOptions, stamps: str, words: Words, *, some: bool = False
 ) -> Iterator[bytes]:
-    """Return the page with captures inside, each of the files of a recording, read as the options say.
+    """Returns the page with captures inside, each of the files of a recording, read as the options say.
 
     some: what cannot be read is left out; it was complained of. Else SourceError, also where there is no frame.
     """
@@ -106,7 +106,7 @@ def pieces(
 def _opened(
     names: Iterable[str], form: str | None, words: Words, count: "Callable[[], Session] | None"
 ) -> Iterator["Part"]:
-    """Open files one after the other, each until the next is wanted; count: what holds no frame is an error."""
+    """Opens files one after the other, each until the next is wanted; count: what holds no frame is an error."""
     for name in names:
         try:
             with open_capture(name, form) as capture:

@@ -43,7 +43,7 @@ _DIAGNOSE: Final = ("diagnose.html_apart", "diagnose.html_check")
 def page(
     lang: str, options: Mapping[str, Any], captures: Iterable[Iterable["Part"]] = (), *, merge: bool = False
 ) -> bytes:
-    """Return the page whole, as `pieces` makes it."""
+    """Returns the page whole, as `pieces` makes it."""
     return b"".join(pieces(lang, options, captures, merge=merge))
 
 
@@ -55,7 +55,7 @@ def pieces(
     merge: bool = False,
     some: bool = False,
 ) -> Iterator[bytes]:
-    """Return the page piece by piece: an open capture is read while its pieces are taken, and nothing of it is kept.
+    """Returns the page piece by piece: an open capture is read while its pieces are taken, and nothing of it is kept.
 
     lang: shown first; options: of each session, by their names; captures: each with its files. merge: the files of a
     capture are joined by time; some: a file that cannot be read to its end ends there. OutputError where the core for
@@ -70,7 +70,7 @@ def pieces(
 
 
 def static(lang: str, title: str, body: str) -> bytes:
-    """Return a page in the style of the page, without scripts. title, body: as HTML."""
+    """Returns a page in the style of the page, without scripts. title, body: as HTML."""
     style = _style()
     head = f'<meta charset="utf-8">\n<meta http-equiv="Content-Security-Policy" content="{_policy(style)}">'
     head += f'\n<meta name="color-scheme" content="light dark">\n<title>{title}</title>\n<style>{style}</style>'
@@ -83,7 +83,7 @@ def _style() -> str:
 
 
 def core() -> bytes:
-    """Return the core for the page; OutputError where it was not built."""
+    """Returns the core for the page; OutputError where it was not built."""
     try:
         return WASM.read_bytes()
     except FileNotFoundError:
@@ -91,7 +91,7 @@ def core() -> bytes:
 
 
 def _filled(parts: Mapping[str, str], captures: Iterable[bytes]) -> Iterator[bytes]:
-    """Fill the template."""
+    """Fills the template."""
     first, *others = (FOLDER / "page" / "page.html").read_text(encoding="utf-8").split("{{")
     yield first.encode()
     for piece in others:
@@ -127,12 +127,12 @@ def _words(lang: str) -> dict[str, str]:
 
 
 def _json(value: object) -> str:
-    """Return JSON that cannot end the element that it is in."""
+    """Returns JSON that cannot end the element that it is in."""
     return json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def _captures(captures: Iterable[Iterable["Part"]], *, some: bool) -> Iterator[bytes]:
-    """Return each file as two elements: its bytes, packed, and what they are."""
+    """Returns each file as two elements: its bytes, packed, and what they are."""
     size = 0
     for recording, parts in enumerate(captures):
         for part in parts:
@@ -164,7 +164,7 @@ def _read(part: "Part", *, some: bool) -> Iterator[bytes]:
 
 
 def _packed_in_pieces(pieces: Iterable[bytes]) -> Iterator[bytes]:
-    """Return bytes as gzip in base64; only the last piece is padded."""
+    """Returns bytes as gzip in base64; only the last piece is padded."""
     packer = zlib.compressobj(LEVEL, wbits=_GZIP)
     rest = b""
     for data in pieces:

@@ -11,12 +11,12 @@ AROUND: Final = 2
 
 
 def records(results: Sequence[bytes]) -> list[dict[str, Any]]:
-    """Return the problems, and at their end the record of the whole capture."""
+    """Returns the problems, and at their end the record of the whole capture."""
     return [json.loads(line) for line in b"".join(results).splitlines()]
 
 
 def near(incidents: Iterable[Record]) -> set[int]:
-    """Return the numbers of the frames around each step."""
+    """Returns the numbers of the frames around each step."""
     return {
         frame + place
         for one in incidents
@@ -26,6 +26,6 @@ def near(incidents: Iterable[Record]) -> set[int]:
 
 
 def lines(result: bytes, wanted: set[int]) -> dict[int, str]:
-    """Return the annotated lines of frames, by their numbers. result: of a session with the format `lines`."""
+    """Returns the annotated lines of frames, by their numbers. result: of a session with the format `lines`."""
     rows = (json.loads(line) for line in result.splitlines())
     return {row["frame"]: row["text"] for row in rows if row["frame"] in wanted}

@@ -20,7 +20,7 @@ _STATES: Final = {"unread": "unknown", "failing": "open", "passing": "ended"}
 
 
 def page(captures: Sequence[tuple[Verdict, int]], words: Words) -> bytes:
-    """Return the page. captures: each with the number of findings that count."""
+    """Returns the page. captures: each with the number of findings that count."""
     rows = sorted(
         ((_state(one), one, findings) for one, findings in captures), key=lambda row: [*_STATES].index(row[0])
     )
