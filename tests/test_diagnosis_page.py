@@ -61,7 +61,7 @@ def test_the_capture_is_inside_and_the_text_is_printed(tmp_path: Path, capfd: py
     assert diagnose(PROBLEMS) == 0
     assert beside == capfd.readouterr() and beside.err == "" and "OPEN" in beside.out
     ((about, data),) = inside(Path("page.html").read_text())
-    assert about == {"recording": 0, "name": "problems.log", "format": "candump", "damage": None}
+    assert about == {"recording": 0, "name": "problems.log", "format": "candump", "damage": None, "problem": None}
     assert data == PROBLEMS.read_bytes()
     assert diagnose(PROBLEMS, "--html", "page.html") == 2, "a file is kept"
     assert "page.html" in capfd.readouterr().err

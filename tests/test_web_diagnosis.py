@@ -67,6 +67,21 @@ def test_it_opens_on_the_problem_in_both_languages(browser: Browser, canalyze: R
             browser.wait(CHECKED)
 
 
+def test_it_opens_on_the_problem_that_is_asked_for(browser: Browser, canalyze: Runner, tmp_path: Path) -> None:
+    found = diagnosed(PROBLEMS.read_bytes())
+    first, *others = found.whole["order"]
+    other = next(one for one in found.incidents if one["id"] == others[0])
+    assert canalyze("diagnose", str(PROBLEMS), "-n", str(other["id"]), "--html", "page.html", "--lang", "en").code == 0
+    opened(browser, tmp_path / "page.html")
+    browser.wait(f'document.querySelector(".row.chosen")?.dataset.frame === "{other["begin"]["frame"]}"')
+    assert browser.run("return document.querySelector(arguments[0]).open", f"#problem-{other['id']}")
+    browser.run('document.body.dataset.state = ""')
+    browser.choose("#file", PROBLEMS)
+    browser.wait(CHECKED)
+    begin = next(one for one in found.incidents if one["id"] == first)["begin"]["frame"]
+    browser.wait(f'document.querySelector(".row.chosen")?.dataset.frame === "{begin}"')
+
+
 def test_all_problems_are_there_in_their_order(browser: Browser, canalyze: Runner, tmp_path: Path) -> None:
     """Of many buses, on half of which the node comes back: by the status, then by what the core holds for important."""
     one = lost(20).splitlines(keepends=True)

@@ -94,7 +94,7 @@ def command(words: Words) -> click.Command:
                 reading = _Reading((), given, stamps, words)
                 code, read = _each(found, reading, out, form, chosen, fail_on)
                 if html is not None and read:
-                    _write_page(html, read, reading, force=force)
+                    _write_page(html, read, reading, None, force=force)
                 return code
             names = found[0]
             total = total_size(names)
@@ -121,7 +121,7 @@ def command(words: Words) -> click.Command:
                         lines = _lines(_Reading(names, given, stamps, words), near)
                         diagnosis_text.tell(number, every, whole, lines, out, words, named)
             if html is not None and whole is not None:
-                _write_page(html, [names], _Reading(names, given, stamps, words), force=force)
+                _write_page(html, [names], _Reading(names, given, stamps, words), number, force=force)
             told(code, out, words, stream=total is None, some=whole is not None)
             if whole is None:
                 out.drop()
@@ -304,13 +304,14 @@ def _can_write_page(names: Iterable[str], words: Words) -> None:
             raise click.UsageError(problem, click.get_current_context())
 
 
-def _write_page(html: str, found: list[tuple[str, ...]], reading: _Reading, *, force: bool) -> None:
-    """Write the page with the captures inside, which are read again."""
+def _write_page(html: str, found: list[tuple[str, ...]], reading: _Reading, number: int | None, *, force: bool) -> None:
+    """Write the page with the captures inside, which are read again. number: of the problem that it opens on."""
     from canalyze.commands import page
 
     if STDIN in reading.names:
         os.lseek(0, 0, os.SEEK_SET)
-    page.write(html, page.pieces(found, reading.given, reading.stamps, reading.words, some=True), force=force)
+    _, given, stamps, words = reading
+    page.write(html, page.pieces(found, given, stamps, words, some=True, problem=number), force=force)
 
 
 def _keep_stdin() -> int:

@@ -80,11 +80,18 @@ def write(name: str, page: Iterable[bytes], *, force: bool) -> int:
 
 
 def pieces(
-    recordings: Iterable[Sequence[str]], given: CaptureOptions, stamps: str, words: Words, *, some: bool = False
+    recordings: Iterable[Sequence[str]],
+    given: CaptureOptions,
+    stamps: str,
+    words: Words,
+    *,
+    some: bool = False,
+    problem: int | None = None,
 ) -> Iterator[bytes]:
     """Returns the page with captures inside, each of the files of a recording, read as the options say.
 
     some: what cannot be read is left out; it was complained of. Else SourceError, also where there is no frame.
+    problem: the number of the one that the page opens on.
     """
     from canalyze import html
     from canalyze.configuration.descriptions import network_rows
@@ -100,7 +107,8 @@ def pieces(
     form = given.get("input_format")
     count = None if some else partial(open_session, words, given, format="info")
     captures = (_opened(names, form, words, count) for names in recordings)
-    return html.pieces(words.lang, options, captures, merge=given.get("merge", False), some=some)
+    merge = given.get("merge", False)
+    return html.pieces(words.lang, options, captures, merge=merge, some=some, problem=problem)
 
 
 def _opened(

@@ -54,19 +54,21 @@ def pieces(
     *,
     merge: bool = False,
     some: bool = False,
+    problem: int | None = None,
 ) -> Iterator[bytes]:
     """Returns the page piece by piece: an open capture is read while its pieces are taken, and nothing of it is kept.
 
     lang: shown first; options: of each session, by their names; captures: each with its files. merge: the files of a
-    capture are joined by time; some: a file that cannot be read to its end ends there. OutputError where the core for
-    the page was not built, and, after some pieces, where the captures are too large for a page.
+    capture are joined by time; some: a file that cannot be read to its end ends there; problem: the number of the one
+    that the page opens on, None for the most important. OutputError where the core for the page was not built, and,
+    after some pieces, where the captures are too large for a page.
     """
     parts = {"wasm": _packed(core()), "worker": _scripts("worker", WORKER), "script": _scripts("page", PAGE)}
     parts["style"] = _style()
     parts["policy"] = _policy(parts["style"], parts["script"])
     parts["words"] = _json({one: _words(one) for one in LANGUAGES})
     parts["settings"] = _json({"lang": lang, "merge": merge, "options": dict(options)})
-    return _filled(parts, _captures(captures, some=some))
+    return _filled(parts, _captures(captures, some=some, problem=problem))
 
 
 def static(lang: str, title: str, body: str) -> bytes:
@@ -131,7 +133,7 @@ def _json(value: object) -> str:
     return json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def _captures(captures: Iterable[Iterable["Part"]], *, some: bool) -> Iterator[bytes]:
+def _captures(captures: Iterable[Iterable["Part"]], *, some: bool, problem: int | None) -> Iterator[bytes]:
     """Returns each file as two elements: its bytes, packed, and what they are."""
     size = 0
     for recording, parts in enumerate(captures):
@@ -143,7 +145,7 @@ def _captures(captures: Iterable[Iterable["Part"]], *, some: bool) -> Iterator[b
                     raise OutputError("page.too_large", most=MOST >> 20)
                 yield packed
             about = {"recording": recording, "name": Path(part.name).name, "format": part.format}
-            said = _json(about | {"damage": _damage(part.damage)})
+            said = _json(about | {"damage": _damage(part.damage), "problem": problem})
             yield f'</script><script type="application/json">{said}</script>\n'.encode("utf-8", "backslashreplace")
 
 
