@@ -20,6 +20,8 @@ import forked
 from canalyze import _core
 from canalyze.dictionary import load
 from canalyze.running.options import SessionOptions
+from canalyze.sources.format import Capture, Opened
+from canalyze.sources.memory import Memory
 
 TESTS = Path(__file__).resolve().parent
 SAMPLES = TESTS.parent / "samples"
@@ -228,6 +230,11 @@ def session_output(
     output.append(session.end())
     output.append(session.finish())
     return b"".join(output)
+
+
+def held(name: str, data: bytes) -> Capture:
+    """Text of candump as an open capture."""
+    return Capture(Opened(Memory(name, data)), "candump")
 
 
 def placed(finding: Row) -> str:

@@ -67,7 +67,6 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
     ("FILE",),
     ("diagnose", "--all", "FILE"),
     ("diagnose", "--format", "jsonl", "FILE"),
-    ("diagnose", "--html", "OUT", "FILE"),
     ("decode", "--problems", "FILE"),
     ("decode", "-n", "--color", "always", "--filter", "service=sdo,emcy,nmt", "FILE"),
     ("sdo", "FILE"),

@@ -28,6 +28,7 @@ from pathlib import Path
 
 from captures import SAMPLES
 
+from canalyze import html
 from canalyze.examples import EXAMPLES, of_pages
 from canalyze.pages import FOLDER
 from canalyze.words import LANGUAGES
@@ -37,6 +38,8 @@ README = ROOT / "README.md"
 PAGES = [README, *sorted(path for lang in LANGUAGES for path in (FOLDER / lang).glob("*.md"))]
 """Every page for users."""
 
+BUILT = html.WASM.exists() and os.environ.get("CANALYZE_WEB") != "later"
+"""The core for the page is there, and is not being built at this moment."""
 _FENCE = re.compile(r"^```(\w+)?((?: [^\n]+)?)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 _DUCKDB = "import sys, duckdb; print(str(duckdb.sql(sys.stdin.read())).strip())"
 
@@ -56,6 +59,11 @@ class Block:
     @property
     def live(self) -> bool:
         return self.words == "live"
+
+    @property
+    def writes_page(self) -> bool:
+        """Returns true if it needs the core for the page."""
+        return re.search(r"--html\b|\.html\(|\bcanalyze page\b", self.text) is not None
 
     @property
     def file(self) -> str | None:
@@ -142,7 +150,10 @@ class Failed(AssertionError):
 
 
 def rewritten(page: Path) -> str:
-    """The page as it should be: with what its commands print now. Failed where an example does not run."""
+    """The page as it should be: with what its commands print now. Failed where an example does not run.
+
+    What writes the page for browsers stays as it is while there is no core for it.
+    """
     text = page.read_text(encoding="utf-8")
     lang = language(page)
     with tempfile.TemporaryDirectory() as name:
@@ -156,7 +167,7 @@ def rewritten(page: Path) -> str:
 
 def _run(block: Block, folder: Path, lang: str) -> str:
     """Run a block; give the text that belongs there."""
-    if block.live:
+    if block.live or (block.writes_page and not BUILT):
         return block.text
     if block.file is not None:
         if block.file.startswith("samples/"):

@@ -55,26 +55,6 @@ def test_a_diagnosis_has_what_is_open() -> None:
     assert not canalyze.diagnose(NETWORK)
 
 
-def test_a_page_is_that_of_the_command(tmp_path: Path) -> None:
-    pytest.importorskip("jinja2")
-    for frames in ("near", "all"):
-        out = tmp_path / f"{frames}.html"
-        run_canalyze(["diagnose", "problems.log", "--html", out, "--frames", frames, "--lang", "en"], folder=SAMPLES)
-        capture = canalyze.open("problems.log", folder=SAMPLES)
-        page = LIBRARY.open("problems.log", folder=SAMPLES).html(frames=frames)
-        assert page.replace(capture.name, "problems.log") == out.read_text(encoding="utf-8")
-    with pytest.raises(ValueError, match="frames='some': one of near, all"):
-        LIBRARY.open(PROBLEMS).html(frames="some")
-
-
-def test_a_page_leaves_complaints_in_the_language_of_the_capture(tmp_path: Path) -> None:
-    pytest.importorskip("jinja2")
-    (tmp_path / "cut.log").write_text("(1.0) can0 705#00\nnothing\n(1.1) can0 705#05\n")
-    capture = canalyze.open(tmp_path / "cut.log")
-    capture.html()
-    assert capture.complaints == canalyze.open(tmp_path / "cut.log").complaints != ()
-
-
 @pytest.mark.parametrize(
     ("what", "said"),
     [

@@ -1,6 +1,6 @@
 """What is shown of a node and its drive once the node is lost, or the bus is away: unknown, not what was known last.
 
-In lanes, which `diagnose --html` and a timeline draw, and in `monitor`. What it must not do: test when a node is lost.
+In lanes, which the page and a timeline draw, and in `monitor`. What it must not do: test when a node is lost.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ code = main()
 print(json.dumps([code, sorted(set(sys.modules) - bare)]), file=sys.stderr)
 """
 ELSEWHERE = {
-    *("asammdf", "asyncio", "backports", "can", "canopen", "importlib.metadata", "jinja2", "logging", "mcap"),
+    *("asammdf", "asyncio", "backports", "can", "canopen", "importlib.metadata", "logging", "mcap"),
     *("multiprocessing", "numpy", "pyarrow", "rerun", "rich", "secrets", "socket", "sqlite3", "ssl", "subprocess"),
     *("tempfile", "textual", "tomllib", "urllib.request", "xml", "zstandard"),
 }

@@ -23,7 +23,7 @@ from typing import Any
 import pytest
 import zstandard
 from bench_captures import capture_lines
-from captures import SAMPLES, TESTS, log_text, read_log, session_output
+from captures import SAMPLES, TESTS, held, log_text, read_log, session_output
 from conftest import Runner
 from diagnoses import diagnosed
 from test_web import WASM, WEB, described
@@ -356,7 +356,7 @@ def test_a_hostile_capture_executes_nothing(browser: Browser, tmp_path: Path) ->
             b"(1.%06d) can0 585#%b" % (1001 + 2 * number, (bytes([head]) + part.ljust(7, b"\0")).hex().encode())
         )
     page = tmp_path / "hostile.html"
-    page.write_bytes(html.page("en", {}, [[html.Part(f"{HOSTILE}\u202e.log", "candump", b"\n".join(frames) + b"\n")]]))
+    page.write_bytes(html.page("en", {}, [[held(f"{HOSTILE}\u202e.log", b"\n".join(frames) + b"\n")]]))
     opened(browser, page)
     assert browser.run("return document.body.dataset.state") == "opened"
     browser.click('[data-panel="transfers"]')
@@ -367,7 +367,7 @@ def test_a_hostile_capture_executes_nothing(browser: Browser, tmp_path: Path) ->
     browser.wait('document.querySelector("#detail pre")?.textContent.includes("COB-ID")')
     assert browser.run("return window.hacked ?? null") is None
     assert browser.run('return document.querySelectorAll("img").length') == 0
-    assert page.read_text().count("<script") == 6
+    assert page.read_text().count("<script") == 7
 
 
 def test_several_captures_are_listed(browser: Browser, empty: Path) -> None:
@@ -399,7 +399,7 @@ def test_files_that_follow_one_another_are_one_capture(browser: Browser, empty: 
 
 def test_files_are_joined_by_time(browser: Browser, tmp_path: Path) -> None:
     lines = [line for line in PROBLEMS.read_bytes().splitlines(keepends=True) if line.startswith(b"(")]
-    parts = [html.Part(name, "candump", b"".join(lines[at::2])) for at, name in enumerate(("a.log", "b.log"))]
+    parts = [held(name, b"".join(lines[at::2])) for at, name in enumerate(("a.log", "b.log"))]
     page = tmp_path / "merged.html"
     page.write_bytes(html.page("en", {}, [parts], merge=True))
     opened(browser, page)
@@ -412,7 +412,7 @@ def test_what_is_known_of_the_network_counts(browser: Browser, tmp_path: Path) -
     capture = next(path for path in sorted((SAMPLES / "network").glob("*.log")) if described(path).descriptions)
     known = described(capture)
     page = tmp_path / "known.html"
-    part = html.Part(capture.name, "candump", capture.read_bytes())
+    part = held(capture.name, capture.read_bytes())
     page.write_bytes(html.page("en", {"network": network_rows(Known(), known)}, [[part]]))
     opened(browser, page)
     session = _core.Session(SessionOptions("en", "columns", tables=("signals",), network=network(Known(), known, None)))

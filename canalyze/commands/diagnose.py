@@ -8,7 +8,7 @@ Exit codes: 0, whatever was found; with --fail-on 1 where such a problem is ther
 import json
 import os
 import stat
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Unpack
@@ -32,7 +32,7 @@ from canalyze.configuration.options import (
     spelled,
 )
 from canalyze.errors import ReaderGone, SourceError
-from canalyze.output import FileOutput, Output, Progress, jsonl, open_output, told
+from canalyze.output import Output, Progress, jsonl, open_output, told
 from canalyze.output.help import Listing
 from canalyze.problem import KEYS
 from canalyze.reports import diagnosis_read, wording
@@ -41,10 +41,9 @@ from canalyze.sources.file import CHUNK, STDIN, total_size
 from canalyze.sources.names import below, expanded
 from canalyze.sources.recordings import Span, recordings
 from canalyze.values import nanoseconds
-from canalyze.words import LANGUAGES, Words
+from canalyze.words import Words
 
 if TYPE_CHECKING:
-    from canalyze._core import Session
     from canalyze.reports.diagnosis_text import Chosen
 
 FAIL_ON: Final = {"open": ("open",), "unknown": ("open", "unknown"), "ended": ("open", "unknown", "ended")}
@@ -65,7 +64,7 @@ def command(words: Words) -> click.Command:
         bus: str | None,
         fail_on: str | None,
         html: str | None,
-        frames: str | None,
+        frames: str | None,  # of the page before this one, which now has all
         output: str | None,
         force: bool,
         expression: str | None,
@@ -80,8 +79,8 @@ def command(words: Words) -> click.Command:
             raise click.UsageError(words("diagnose.no_filter"), click.get_current_context())
         if html == STDIN:
             raise click.UsageError(words("check.no_stdout", option="--html"), click.get_current_context())
-        if frames is not None and html is None:
-            raise click.UsageError(words("diagnose.frames_html"), click.get_current_context())
+        if html is not None:
+            _can_write_page(names, words)
         if number is not None and form != "text":
             raise click.UsageError(words("usage.text_only", option="-n"), click.get_current_context())
         signalled = _keep_stdin() if STDIN in names and (number is not None or html is not None) else 0
@@ -89,13 +88,14 @@ def command(words: Words) -> click.Command:
         with open_output(output, force=force, color=color, hangs=form == "text") as out:
             found = [names] if join or given.get("merge") else _recordings(names, given, words, out)
             if len(found) > 1:
-                if number is not None or html is not None:
-                    option = "-n" if html is None else "--html"
-                    raise click.UsageError(
-                        words("diagnose.one_recording", option=option, count=len(found)),
-                        click.get_current_context(),
-                    )
-                return _each(found, _Reading((), given, stamps, words), out, form, chosen, fail_on)
+                if number is not None:
+                    problem = words("diagnose.one_recording", option="-n", count=len(found))
+                    raise click.UsageError(problem, click.get_current_context())
+                reading = _Reading((), given, stamps, words)
+                code, read = _each(found, reading, out, form, chosen, fail_on)
+                if html is not None and read:
+                    _write_page(html, read, reading, None, force=force)
+                return code
             names = found[0]
             total = total_size(names)
             code, incidents, whole = _diagnosed(_Reading(names, given, stamps, words), out)
@@ -118,11 +118,10 @@ def command(words: Words) -> click.Command:
                     else:
                         by_id = {one["id"]: one for one in every}
                         near = diagnosis_read.near(one for _, one in diagnosis_text.tree(by_id[number], by_id))
-                        lines = diagnosis_read.lines(_again(_Reading(names, given, stamps, words), words), near)
+                        lines = _lines(_Reading(names, given, stamps, words), near)
                         diagnosis_text.tell(number, every, whole, lines, out, words, named)
             if html is not None and whole is not None:
-                reading = _Reading(names, given, stamps, words)
-                _write_page(html, reading, incidents, whole, every=frames == "all", force=force)
+                _write_page(html, [names], _Reading(names, given, stamps, words), number, force=force)
             told(code, out, words, stream=total is None, some=whole is not None)
             if whole is None:
                 out.drop()
@@ -140,7 +139,7 @@ def command(words: Words) -> click.Command:
             spelled(words, "--node", network.node, "node", "N", "diagnose.node"),
             click.Option(["--bus"], metavar="NAME", help=words("diagnose.bus")),
             click.Option(["--html"], type=ANY_PATH, metavar="FILE", help=words("diagnose.html")),
-            click.Option(["--frames"], type=OneOf(("near", "all"), words), help=words("diagnose.html_option")),
+            click.Option(["--frames"], type=OneOf(("near", "all"), words), hidden=True),
             click.Option(["--fail-on"], type=OneOf(tuple(FAIL_ON), words), help=words("diagnose.fail_on")),
             format_option(words, "diagnose"),
             color_option(words),
@@ -202,8 +201,8 @@ def _diagnosed(reading: "_Reading", out: Output) -> tuple[int, list[dict[str, An
 
 def _each(
     found: list[tuple[str, ...]], reading: "_Reading", out: Output, form: str, chosen: "Chosen", fail_on: str | None
-) -> int:
-    """Diagnose recordings, each by itself; return the exit code."""
+) -> tuple[int, list[tuple[str, ...]]]:
+    """Diagnose recordings, each by itself; return the exit code, and the files of those that could be read."""
     from canalyze.reports import diagnosis_text
 
     rows: list[diagnosis_text.Diagnosed] = []
@@ -229,7 +228,7 @@ def _each(
             diagnosis_text.further_of_each(rows, out, reading.words)
     if not rows:
         out.drop()
-    return worst or int(fails)
+    return worst or int(fails), [row.names for row in rows]
 
 
 def _fails(shown: Iterable[Mapping[str, Any]], fail_on: str | None) -> bool:
@@ -294,25 +293,25 @@ class _Reading(NamedTuple):
     words: Words
 
 
-def _write_page(
-    html: str,
-    reading: _Reading,
-    incidents: list[dict[str, Any]],
-    whole: dict[str, Any],
-    *,
-    every: bool,
-    force: bool,
-) -> None:
-    """Write the page: the capture is read twice for each language. every: with all frames."""
-    from canalyze.reports.diagnosis_html import page
+def _can_write_page(names: Iterable[str], words: Words) -> None:
+    """Raise where the core for the page is missing, or where a capture cannot be read again to be put into it."""
+    from canalyze.html import core
 
-    with FileOutput(html, force=force) as file:
-        contents = {
-            lang: diagnosis_read.content(_again(reading, Words(lang)), incidents, whole, every=every)
-            for lang in LANGUAGES
-        }
-        name = ", ".join(wording.capture_name(name) for name in reading.names)
-        file.write(page(contents, name, reading.words.lang))
+    core()
+    for name in names:
+        if name != STDIN and Path(name).exists() and not Path(name).is_file():
+            problem = words("diagnose.html_once", name=wording.capture_name(name))
+            raise click.UsageError(problem, click.get_current_context())
+
+
+def _write_page(html: str, found: list[tuple[str, ...]], reading: _Reading, number: int | None, *, force: bool) -> None:
+    """Write the page with the captures inside, which are read again. number: of the problem that it opens on."""
+    from canalyze.commands import page
+
+    if STDIN in reading.names:
+        os.lseek(0, 0, os.SEEK_SET)
+    _, given, stamps, words = reading
+    page.write(html, page.pieces(found, given, stamps, words, some=True, problem=number), force=force)
 
 
 def _keep_stdin() -> int:
@@ -344,16 +343,16 @@ def _is_seekable() -> bool:
     return stat.S_ISREG(os.fstat(0).st_mode)
 
 
-def _again(reading: _Reading, spoken: Words) -> "diagnosis_read.Read":
-    """Return a reader of the capture in a language; it complains of nothing again."""
+def _lines(reading: _Reading, wanted: set[int]) -> dict[int, str]:
+    """Return the annotated lines of frames: the capture is read again, and complained of no more."""
+    names, given, stamps, words = reading
+    if STDIN in names:
+        os.lseek(0, 0, os.SEEK_SET)
+    found: dict[int, str] = {}
 
-    def read(form: str, take: "Callable[[Session, bytes], None]", **settings: Any) -> "Session":
-        if STDIN in reading.names:
-            os.lseek(0, 0, os.SEEK_SET)
-        session = open_session(spoken, reading.given, format=form, stamps=reading.stamps, **settings)
-        progress = Progress(reading.words, Output(), total_size(reading.names))
-        run = Run(session, spoken, progress, lambda result: take(session, result), reading.given, tell=lambda _: None)
-        run.over(reading.names)
-        return session
+    def take(result: bytes) -> None:
+        found.update(diagnosis_read.lines(result, wanted))
 
-    return read
+    session = open_session(words, given, format="lines", stamps=stamps, time="z")
+    Run(session, words, Progress(words, Output(), total_size(names)), take, given, tell=lambda _: None).over(names)
+    return found

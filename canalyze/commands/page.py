@@ -1,7 +1,7 @@
 """`canalyze page`: the program as one HTML file, empty or with captures inside."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, Unpack
 
 import click
@@ -13,6 +13,7 @@ from canalyze.configuration.options import (
     CaptureOptions,
     bitrate_option,
     known_of,
+    open_session,
     output_options,
     reading_options,
 )
@@ -20,16 +21,18 @@ from canalyze.errors import SourceError
 from canalyze.output import FileOutput, Output
 from canalyze.output.help import Command
 from canalyze.reports import wording
+from canalyze.running.reading import Counted
 from canalyze.sources.format import open_capture
 from canalyze.sources.names import expanded
 from canalyze.words import Words
 
 if TYPE_CHECKING:
+    from canalyze._core import Session
     from canalyze.html import Part
 
 
 def command(words: Words) -> click.Command:
-    """Build the command in one language."""
+    """Builds the command in one language."""
 
     def run(
         files: tuple[str, ...], output: str | None, force: bool, stamps: str, **given: Unpack[CaptureOptions]
@@ -41,11 +44,10 @@ def command(words: Words) -> click.Command:
             if one.error is not None:
                 raise one.error
             names.append(one.name)
-        made = page([tuple(names)] if given.get("merge") else [(name,) for name in names], given, stamps, words)
-        with FileOutput(output, force=force) as file:
-            file.write(made)
+        recordings = [tuple(names)] if given.get("merge") else [(name,) for name in names]
+        size = write(output, pieces(recordings, given, stamps, words), force=force)
         name = wording.capture_name(output)
-        Output().text(words("page.written", name=name, megabytes=f"{len(made) / 1e6:.1f}") + "\n")
+        Output().text(words("page.written", name=name, megabytes=f"{size / 1e6:.1f}") + "\n")
         return 0
 
     return Command(
@@ -62,17 +64,34 @@ def command(words: Words) -> click.Command:
 
 
 def _reading_options(words: Words) -> Iterator[click.Parameter]:
-    """Return how captures are read, as far as the page reads them again."""
+    """Returns how captures are read, as far as the page reads them again."""
     left_out = {"expression", "threads", *(one.name for one in SHORT)}
     return (one for one in reading_options(words) if one.name not in left_out)
 
 
-def page(
-    recordings: Iterable[Sequence[str]], given: CaptureOptions, stamps: str, words: Words, *, some: bool = False
-) -> bytes:
-    """Return the page with captures inside, each of the files of a recording, read as the options say.
+def write(name: str, page: Iterable[bytes], *, force: bool) -> int:
+    """Writes a page to a file and return its size; nothing stays of a page that fails."""
+    size = 0
+    with FileOutput(name, force=force) as file:
+        for piece in page:
+            file.write(piece)
+            size += len(piece)
+    return size
 
-    some: files that cannot be read are left out; they were complained of.
+
+def pieces(
+    recordings: Iterable[Sequence[str]],
+    given: CaptureOptions,
+    stamps: str,
+    words: Words,
+    *,
+    some: bool = False,
+    problem: int | None = None,
+) -> Iterator[bytes]:
+    """Returns the page with captures inside, each of the files of a recording, read as the options say.
+
+    some: what cannot be read is left out; it was complained of. Else SourceError, also where there is no frame.
+    problem: the number of the one that the page opens on.
     """
     from canalyze import html
     from canalyze.configuration.descriptions import network_rows
@@ -86,28 +105,20 @@ def page(
         "network": network_rows(filed, known_of(given)),
     }
     form = given.get("input_format")
-    captures = [list(_parts(names, form, some=some)) for names in recordings]
-    return html.page(words.lang, options, captures, merge=given.get("merge", False))
+    count = None if some else partial(open_session, words, given, format="info")
+    captures = (_opened(names, form, words, count) for names in recordings)
+    merge = given.get("merge", False)
+    return html.pieces(words.lang, options, captures, merge=merge, some=some, problem=problem)
 
 
-def _parts(names: Iterable[str], form: str | None, *, some: bool) -> Iterator["Part"]:
+def _opened(
+    names: Iterable[str], form: str | None, words: Words, count: "Callable[[], Session] | None"
+) -> Iterator["Part"]:
+    """Opens files one after the other, each until the next is wanted; count: what holds no frame is an error."""
     for name in names:
         try:
-            yield _part(name, form)
+            with open_capture(name, form) as capture:
+                yield Counted(capture, count(), words, given_format=form is not None) if count else capture
         except SourceError:
-            if not some:
+            if count:
                 raise
-
-
-def _part(name: str, form: str | None) -> "Part":
-    """Read a file whole, unpacked, as a session is fed."""
-    from canalyze.html import Part
-
-    with open_capture(name, form) as capture:
-        data = b"".join(iter(capture.read, b""))
-        damage = None
-        if capture.damage:
-            kind, offset, lost, since = capture.damage
-            kind, offset = (kind, offset) if since is None else ("doubtful", since)
-            damage = {"kind": kind, "offset": offset, "bytes": lost}
-        return Part(Path(name).name, capture.format, data, damage)

@@ -28,13 +28,11 @@ from canalyze.library.rows import Events, Findings, Frames, Transfers, one_of
 from canalyze.library.series import Signals, signal
 from canalyze.library.stream import Silent
 from canalyze.problem import Problem, problem
-from canalyze.running.reading import Reading
-from canalyze.words import LANGUAGES
+from canalyze.running.reading import Counted, Reading
 
 if TYPE_CHECKING:
     from canalyze._core import Batch, Session
     from canalyze.library import StrPath
-    from canalyze.reports.diagnosis_read import Read
 
 T = TypeVar("T")
 
@@ -158,7 +156,8 @@ class Capture:
         if self._diagnosed is None:
             from canalyze.reports import diagnosis_read
 
-            self._diagnosed = diagnosis_read.problems(self._reader(self.lang))
+            _, told = self.through("diagnosis")
+            self._diagnosed = diagnosis_read.records([told])
         return self._diagnosed
 
     incidents = renamed("incidents", "problems")
@@ -265,20 +264,17 @@ class Capture:
         self._checked += found
         return Findings(found).at_least(at_least)
 
-    def html(self, *, frames: Literal["near", "all"] = "near") -> str:
-        """Return the page that `canalyze diagnose --html` writes, in both languages (extra `html`).
+    def html(self, *, frames: Literal["near", "all"] = "all") -> str:
+        """Return the page that `canalyze diagnose --html` writes, with the capture and its descriptions inside.
 
-        frames: the annotated frames in it, those near the problems or all. Each call reads the capture four times.
-        OutputError where the library for templates is missing.
+        frames: without effect, the page has all. OutputError where this installation has no page, SourceError where a
+        file cannot be read or holds no frame.
         """
-        from canalyze.reports import diagnosis_read
-        from canalyze.reports.diagnosis_html import page
+        from canalyze import html
 
         one_of("frames", frames, ("near", "all"))
-        *records, whole = self.diagnosed
-        every = frames == "all"
-        contents = {lang: diagnosis_read.content(self._reader(lang), records, whole, every=every) for lang in LANGUAGES}
-        return page(contents, self.name, self.lang).decode("utf-8")
+        plan = self._plan
+        return html.page(plan.words.lang, plan.page_options, [self._opened()], merge=plan.merge).decode("utf-8")
 
     def snapshot(self) -> str:
         """Give what the capture shows as text that two recordings of the same session share: no times, no bus loads."""
@@ -338,17 +334,12 @@ class Capture:
             for result in results:
                 yield from event.objects(result)
 
-    def _reader(self, lang: str) -> "Read":
-        """Return a reader of all of it in a language."""
-
-        def read(form: str, take: "Callable[[Session, bytes], None]", **settings: Any) -> "Session":
-            session = self._plan.session(form, lang=lang, **settings)
-            with closing(self._results(session)) as results:
-                for result in results:
-                    take(session, result)
-            return session
-
-        return read
+    def _opened(self) -> Iterator[Counted]:
+        """Open the inputs one after the other, each until the next is wanted."""
+        plan = self._plan
+        for one in self._inputs:
+            with one.open() as opened:
+                yield Counted(opened, plan.session("info"), plan.words, given_format=plan.input_format is not None)
 
     def _results(self, session: "Session") -> Generator[bytes, None, None]:
         """Read all inputs through a session; when it comes to its end the complaints are known."""

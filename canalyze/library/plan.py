@@ -7,6 +7,7 @@ names the option.
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -51,6 +52,20 @@ class Plan:
     """Lines about descriptions."""
     described: "Mapping[tuple[str | None, int], Dictionary | ObjectDictionary]"
     """Descriptions by bus and node."""
+    network_rows: Callable[[], dict[str, Any]]
+    """Returns what is known of the network as rows."""
+
+    @property
+    def page_options(self) -> dict[str, Any]:
+        """The options of a session in a page."""
+        options = self.options
+        return {
+            "stamps": options.stamps,
+            "topics": list(options.topics),
+            "time_source": options.time_source,
+            "mcap_maps": list(options.mcap_maps),
+            "network": self.network_rows(),
+        }
 
     def session(self, form: str, filter: str | None = None, **more: Any) -> "Session":  # noqa: A002  an option's name
         """Start the core; ValueError for what it cannot accept."""
@@ -73,7 +88,7 @@ class Plan:
 def plan(who: str, options: Known | Options) -> Plan:
     """Check options and read descriptions. who: the function that was given them."""
     from canalyze.configuration import config as configuration
-    from canalyze.configuration.descriptions import carriers
+    from canalyze.configuration.descriptions import carriers, network_rows
     from canalyze.configuration.descriptions import network as known
     from canalyze.sources.format import input_formats
 
@@ -132,6 +147,7 @@ def plan(who: str, options: Known | Options) -> Plan:
         merge=asked.get("merge", False),
         said=tuple(said),
         described={where: own.get(file, read[file]) for where, file in carried.items()},
+        network_rows=partial(network_rows, filed, given, read),
     )
     made.session("info")  # ValueError for what the core cannot accept
     return made

@@ -1,1 +1,1 @@
-"""How results are laid out for people; one file a form. No report decides what is said."""
+"""The layout of results for people; one file a form. No report makes sentences of its own."""

@@ -1,4 +1,4 @@
-"""What a description and a device differ in, as a table or as JSON lines.
+"""Differences of a device from its description, as a table or as JSON lines.
 
 JSON, the same in every language but for `text`; a test freezes the keys:
     od_difference   bus node file what severity index sub name described shown text frame
@@ -21,7 +21,7 @@ _COLUMNS: Final = ("severity", "object", "name", "difference", "frame")
 
 
 def show(held: Comparison, file: str, out: Output, words: Words) -> None:
-    """Write a heading, a table, and how much of the description the traffic shows."""
+    """Writes a heading, a table, and how much of the description the traffic shows."""
     counts = Counter(one.severity for one in held.differences)
     said = [dyed(words(f"check.{key}", count=counts[key]), key, out=out) for key in counts]
     told = words("check.then").join(said) or words("against.alike")
@@ -47,7 +47,7 @@ def show(held: Comparison, file: str, out: Output, words: Words) -> None:
 
 
 def lines(held: Comparison, file: str, words: Words) -> bytes:
-    """Give the JSON lines."""
+    """Returns the JSON lines."""
     head = {"bus": held.bus, "node": held.node, "file": os.fsencode(file).decode("utf-8", "backslashreplace")}
     found = [
         {"kind": "od_difference", **head}

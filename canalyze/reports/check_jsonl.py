@@ -33,7 +33,7 @@ from canalyze.problem import Problem
 
 
 def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
-    """Give the lines, without their ends."""
+    """Returns the lines, without their ends."""
     for verdict in verdicts:
         passing = (*verdict.others, *verdict.every_consequence)
         both = [(one, True) for one in verdict.failures] + [(one, False) for one in passing]

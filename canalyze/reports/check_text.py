@@ -18,14 +18,14 @@ from canalyze.words import Words
 _FILES: Final = 3
 """Files of expectations that are named; further ones are counted with them."""
 _MANY: Final = 10
-"""Failing captures from which on the report closes with a line a rule: nobody reads all their blocks."""
+"""Failing captures from which on the report closes with a line a rule, since their blocks are too many to read."""
 _UNJUDGED: Final = frozenset({"EXP015", "BUS009"})
-"""What was not judged: an expectation that this capture cannot show, traffic that is not CANopen. No failure, but
-nobody must take it for met, or for clean."""
+"""Findings about what was not judged: an expectation that this capture cannot show, traffic that is not CANopen. They
+are no failures, but neither met nor clean."""
 
 
 def show(verdicts: Sequence[Verdict], out: Output, words: Words, *, totals: bool = False) -> None:
-    """Write the whole report. totals: only what is said of all captures."""
+    """Writes the whole report. totals: only what is said of all captures."""
     report = Report(words, out)
     for verdict in () if totals else verdicts:
         for line in report.block(verdict):
@@ -35,7 +35,7 @@ def show(verdicts: Sequence[Verdict], out: Output, words: Words, *, totals: bool
 
 
 def unjudged(verdict: Verdict) -> list[Counted]:
-    """Return what could not be judged and is shown all the same."""
+    """Returns the findings that could not be judged and are shown all the same."""
     return [one for one in verdict.others if one.finding.code in _UNJUDGED]
 
 
@@ -43,12 +43,12 @@ class Report:
     """The lines of a report."""
 
     def __init__(self, words: Words, out: Output) -> None:
-        """Take the output, which says if there are colours."""
+        """Begins a report for an output, which says if there are colours."""
         self._words = words
         self._out = out
 
     def block(self, verdict: Verdict) -> Iterator[str]:
-        """Give what is said of one capture."""
+        """Returns the lines about one capture."""
         name = wording.capture_name(verdict.file)
         if verdict.error is not None and not verdict.frames:  # the reason is on standard error
             yield self._words("check.file", name=name, said=self._dyed(self._words("check.unreadable"), "error"))
@@ -64,14 +64,14 @@ class Report:
             yield ""
 
     def result(self, verdict: Verdict) -> str:
-        """Return what came of a capture, in one line."""
+        """Returns the result of a capture as a line."""
         parts = [*self._said(verdict), *self._rest(verdict)]
         if verdict.error is not None:
             parts.insert(0, self._dyed(self._words("check.unread"), "error"))
         return self._words("check.then").join(parts)
 
     def _said(self, verdict: Verdict) -> Iterator[str]:
-        """Say what fails; of what nothing shows to be CANopen, that nothing was judged, and not that it is clean."""
+        """Returns the failures; traffic that is not CANopen is not judged, rather than clean."""
         alien = verdict.nature != "canopen"
         if verdict.failures or not (alien or verdict.problems):
             yield self._severities(verdict.failures)
@@ -83,7 +83,7 @@ class Report:
             yield self._words.of("check_nature", verdict.nature)
 
     def _rest(self, verdict: Verdict) -> Iterator[str]:
-        """Say what does not count."""
+        """Returns lines about findings that do not count."""
         known = sum(one.count for one in verdict.others if one.known)
         known += len(verdict.excused)
         below = Counter[str]()
@@ -123,7 +123,7 @@ class Report:
             yield f"    {wording.consequences(one.consequences, self._words)}"
 
     def problem(self, one: Problem, verdict: Verdict) -> str:
-        """Return the line of a problem."""
+        """Returns the line of a problem."""
         fails, known = one.id in verdict.problems, verdict.known_problems.get(one.id, 0)
         status = self._dyed(self._words.of("problem_status", one.status), "error" if fails else "info")
         place = self._words("check.frame", frame=one.begin.frame)
@@ -132,7 +132,7 @@ class Report:
         return self._words("check.entry", head=head, message=printable(one.message) + said)
 
     def head(self, finding: Finding) -> str:
-        """Return the line of a finding."""
+        """Returns the line of a finding."""
         where = [
             finding.bus and printable(finding.bus),
             finding.about_frame and self._words("check.frame", frame=finding.about_frame),
@@ -146,7 +146,7 @@ class Report:
         return self._words("check.entry", head=head, message=printable(finding.message))
 
     def repeats(self, one: Counted) -> str:
-        """Return how many of the kind there are, and where."""
+        """Returns the number of findings of the kind, and their frames."""
         said = self._words("check.times", count=one.count)
         if one.known:
             said = self._words("check.times_known", count=max(one.count, one.alike), known=one.known)
@@ -157,7 +157,7 @@ class Report:
         return said + self._words("check.also", frames=self._words("check.between").join(frames) + more)
 
     def totals(self, verdicts: Sequence[Verdict], many: int = _MANY) -> Iterator[str]:
-        """Give the closing lines: why findings were overruled, what fails many captures, all figures."""
+        """Returns the closing lines: why findings were overruled, what fails many captures, all figures."""
         reasons = Counter[str]()
         for verdict in verdicts:
             reasons.update(dict(verdict.reasons))
@@ -189,7 +189,7 @@ class Report:
         yield self._words("check.total", files=len(verdicts), frames=frames, said=said)
 
     def _by_rule(self, verdicts: Sequence[Verdict], many: int) -> Iterator[str]:
-        """Say of many failing captures what fails them: each rule, in how many, the most frequent first."""
+        """Returns the rules that fail many captures, each with their number, the most frequent first."""
         failed = [verdict for verdict in verdicts if verdict.failures]
         if len(failed) < many:
             return
@@ -203,7 +203,7 @@ class Report:
             yield self._words("check.by_rule", rule=title, count=counts[title], files=number)
 
     def _held_against(self, verdicts: Sequence[Verdict]) -> Iterator[str]:
-        """Say which expectations the captures were held against: file by file, or the number of files if many."""
+        """Returns a line about the expectations: file by file, or the number of files if many."""
         files = Counter(verdict.expectations for verdict in verdicts if verdict.expectations is not None)
         count = sum(files.values())
         without = len(verdicts) - count

@@ -24,7 +24,7 @@ _SEVERITIES: Final = {"error": "major", "warning": "minor", "info": "info"}
 
 
 def document(verdicts: Sequence[Verdict], words: Words) -> bytes:
-    """Return the whole file."""
+    """Returns the whole file."""
     root = _root()
     entries: list[Json] = []
     used: set[str] = set()
@@ -48,7 +48,7 @@ def document(verdicts: Sequence[Verdict], words: Words) -> bytes:
 
 
 def _entries(verdict: Verdict, words: Words) -> Iterator[tuple[str, str, str, int | None, tuple[object, ...]]]:
-    """Return name, severity, sentence, line and what else its kind is, of each entry."""
+    """Returns name, severity, sentence, line and what else its kind is, of each entry."""
     if verdict.error is not None:
         yield "unreadable", "blocker", printable(verdict.error) or "-", None, ()
     elif not verdict.judged:
@@ -70,7 +70,7 @@ def _fingerprint(*parts: object) -> str:
 
 
 def _root() -> str | None:
-    """Return the folder that paths are shown from: that of the project in a job, or else the current one."""
+    """Returns the folder that paths are shown from: that of the project in a job, or else the current one."""
     try:
         return os.environ.get("CI_PROJECT_DIR") or str(Path.cwd())
     except OSError:  # it is gone
@@ -78,7 +78,7 @@ def _root() -> str | None:
 
 
 def _path(file: str, root: str | None) -> str:
-    """Return the path of a capture in the project, or as it was given where it is not in it."""
+    """Returns the path of a capture in the project, or as it was given where it is not in it."""
     shown = file
     if root is not None and file not in ("-", ""):
         try:

@@ -1,4 +1,4 @@
-"""What the data of a transfer are: firmware, a description of a device, something packed; by their marks and sums.
+"""The kinds of data in transfers: firmware, a description of a device, something packed; by their marks and sums.
 
 A form is recognised where its marks say so, and then held against its own rules: sums of lines, the end that it must
 have, what unpacks. Must not: take a text for a form because its first letters look alike.
@@ -38,22 +38,22 @@ _ELF: Final = {1: ("I", 32, 46), 2: ("Q", 40, 58)}
 
 
 _Damage = tuple[str, dict[str, object]]
-"""What is wrong: as `contents_damage.KIND`, and what fills that."""
+"""The damage as `contents_damage.KIND`, and the values for its sentence."""
 
 
 class Contents(NamedTuple):
-    """What was recognised."""
+    """Recognised data."""
 
     kind: str
     """As `words` has it: `contents.KIND`."""
     suffix: str
     facts: dict[str, object]
-    """What fills its sentence."""
+    """Values for its sentence."""
     damage: _Damage | None = None
 
 
 def recognised(data: bytes, index: int | None) -> Contents | None:
-    """Tell what the data are; index: of the object that holds them. None for what is nothing that is known here."""
+    """Returns the kind of the data, None if unknown. index: of the object that holds them."""
     if not _LEAST <= len(data) <= MOST:
         return None
     packed = _core.sniff(data[:_HEAD], True)
@@ -135,7 +135,7 @@ class _Line(NamedTuple):
 
 
 def _s_record(text: str) -> _Line | None:
-    """Read an S-record; None where it is none, or its sum is wrong."""
+    """Reads an S-record; None where it is none, or its sum is wrong."""
     body = _body(text[2:])
     if text[:1] not in ("S", "s") or not body or not text[1].isdigit() or sum(body) & 0xFF != 0xFF:
         return None
@@ -148,7 +148,7 @@ def _s_record(text: str) -> _Line | None:
 
 
 def _hex_record(text: str) -> _Line | None:
-    """Read a record of Intel HEX; None where it is none, or its sum is wrong."""
+    """Reads a record of Intel HEX; None where it is none, or its sum is wrong."""
     body = _body(text[1:])
     if text[:1] != ":" or len(body) < 5 or body[0] != len(body) - 5 or sum(body) & 0xFF:
         return None
@@ -164,7 +164,7 @@ def _body(text: str) -> bytes:
 
 
 def _records(data: bytes, kind: str, suffix: str, parse: Callable[[str], _Line | None]) -> Contents | None:
-    """Read a file of records, where most of its lines are such."""
+    """Reads a file of records, where most of its lines are such."""
     lines = [(number, text.strip()) for number, text in enumerate(data.decode("latin-1").split("\n"), 1)]
     lines = [(number, text) for number, text in lines if text.strip("\0\r\x1a")]
     found = [parse(text) for _, text in lines[:8]]

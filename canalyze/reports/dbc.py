@@ -8,7 +8,7 @@ from canalyze.words import Words
 
 
 def write(out: Output, words: Words, name: str, records: Sequence[Record], described: Described) -> None:
-    """Write the PDOs of one bus. CanalyzeError where that cannot be."""
+    """Writes the PDOs of one bus. CanalyzeError where that cannot be."""
     found = made(records, described)
     out.write(found.data)
     complain(f"canalyze: {words('dbc.written', name=name, messages=found.messages, signals=found.signals)}")

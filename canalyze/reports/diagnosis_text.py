@@ -24,20 +24,20 @@ _EFFECTS: Final = 4
 _NODES: Final = 12
 """Nodes that are named."""
 _COLUMN: Final = 100
-"""Where the numbers of frames stand."""
+"""The column of the numbers of frames."""
 _NARROW: Final = 20
 """Columns that a text has, however narrow the terminal is."""
 _FRAMES: Final = 8
 """Frames that are named of one rule."""
 _STATES: Final = ("open", "unknown", "ended", "harmless")
 _COLOURS: Final = {"open": "error", "unknown": "warning", "ended": "clean", "harmless": "quiet", "unjudged": "warning"}
-"""Of what stands so."""
+"""By status."""
 
 Record = Mapping[str, Any]
 
 
 class Chosen(NamedTuple):
-    """Which problems are asked for; all that is None does not matter."""
+    """The problems that are asked for; a field that is None does not matter."""
 
     node: int | None
     bus: str | None
@@ -54,7 +54,7 @@ def show(
     everything: bool,
     chosen: Chosen,
 ) -> None:
-    """Write the report. incidents: those that are asked for, by `chosen`; names: the files, to be typed again."""
+    """Writes the report. incidents: those that are asked for, by `chosen`; names: the files, to be typed again."""
     by_id = {one["id"]: one for one in incidents}
     roots = [by_id[number] for number in whole["order"] if number in by_id]
     told = roots if everything else [one for one in roots if one["status"] != "harmless"]
@@ -101,12 +101,12 @@ class Diagnosed(NamedTuple):
 
 
 def of_buses(incidents: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the incidents, each with its bus before its sentence if there are several."""
+    """Returns the incidents, each with its bus before its sentence if there are several."""
     return [{**one, "message": one["texts"]["title"]} for one in incidents]
 
 
 def verdict(roots: Sequence[Record], whole: Record, words: Words) -> tuple[str, str]:
-    """Return the status of the worst of these problems, and the words of the verdict about them."""
+    """Returns the status of the worst of these problems, and the words of the verdict about them."""
     from canalyze._core import verdict
 
     return verdict(words.lang, whole["nature"], [sum(one["status"] == status for one in roots) for status in _STATES])
@@ -115,7 +115,7 @@ def verdict(roots: Sequence[Record], whole: Record, words: Words) -> tuple[str, 
 def show_each(
     rows: Sequence[Diagnosed], out: Output, words: Words, chosen: Chosen, *, unread: int, totals: bool = False
 ) -> None:
-    """Write a line for each recording, the worst first. unread: how many could not be read; totals: no such lines."""
+    """Writes a line for each recording, the worst first. unread: how many could not be read; totals: no such lines."""
     states = (*_STATES[:2], "unjudged", "ended")
     found = [(*verdict(row.roots, row.whole, words), row) for row in rows]
 
@@ -146,7 +146,7 @@ def show_each(
 
 
 def further_of_each(rows: Sequence[Diagnosed], out: Output, words: Words) -> None:
-    """Write what to type next."""
+    """Writes the commands to type next."""
     if rows:
         first = next((row for row in rows if verdict(row.roots, row.whole, words)[0] == "open"), rows[0])
         files = " ".join(map(wording.capture_name, first.names))
@@ -162,7 +162,7 @@ def tell(
     words: Words,
     names: Sequence[str],
 ) -> None:
-    """Write one story in full. lines: the annotated frames around its steps, by their number; names: the files."""
+    """Writes one story in full. lines: the annotated frames around its steps, by their number; names: the files."""
     by_id = {one["id"]: one for one in incidents}
     rules = {rule.code: rule.message for rule in _rules(words.lang)}
     shown = set[int]()
@@ -182,7 +182,7 @@ def tell(
 
 
 def _head(one: Record, depth: int, words: Words) -> list[str]:
-    """Give what it is, how it stands, and why."""
+    """Returns the lines about its kind, its status and its cause."""
     standing = words.of("problem_status", one["status"])
     impact = words.of("problem_impact", one["impact"])
     grade = words.of("problem_grade", one["grade"])
@@ -199,7 +199,7 @@ def _head(one: Record, depth: int, words: Words) -> list[str]:
 
 
 def _steps(one: Record, whole: Record, lines: Mapping[int, str], shown: set[int], words: Words) -> list[str]:
-    """Give what happened, with the annotated frames around it; a frame is shown once."""
+    """Returns the steps, with the annotated frames around them; a frame is shown once."""
     found: list[str] = []
     steps = one["steps"] or [{**one["begin"], "role": "sign", "text": one["message"], "finding": None}]
     for step in steps:
@@ -218,7 +218,7 @@ def _steps(one: Record, whole: Record, lines: Mapping[int, str], shown: set[int]
 
 
 def _advice(one: Record, words: Words) -> list[str]:
-    """Give what tells the causes apart, and what to look at first."""
+    """Returns the signs that distinguish causes, and the checks to begin with."""
     lines = []
     if one["apart"]:
         lines.append("   " + words("diagnose.apart"))
@@ -230,7 +230,7 @@ def _advice(one: Record, words: Words) -> list[str]:
 
 
 def _findings(one: Record, rules: Mapping[str, str], words: Words) -> list[str]:
-    """Give the findings in it, those of one rule in a line."""
+    """Returns the findings in it, those of one rule in a line."""
     frames: dict[str, list[int]] = {}
     for entry in one["findings"]:
         frames.setdefault(entry["code"], []).extend([entry["about_frame"]] if entry["about_frame"] else [])
@@ -243,7 +243,7 @@ def _findings(one: Record, rules: Mapping[str, str], words: Words) -> list[str]:
 
 
 def _further(one: Record, names: Sequence[str], words: Words) -> str:
-    """Give what to type next."""
+    """Returns the commands to type next."""
     file = wording.capture_name(names[0]) if len(names) == 1 else "FILE"
     commands = [
         f"canalyze explain {one['problem']}",
@@ -261,13 +261,13 @@ def _rules(lang: str) -> "Sequence[Rule]":
 
 
 def stories(roots: Sequence[Record], incidents: Sequence[Record], words: Words) -> list[str]:
-    """Give the lines of some stories as the report has them, each with its consequences and what to check first."""
+    """Returns the lines of some stories as the report has them, each with its consequences and what to check first."""
     by_id = {one["id"]: one for one in incidents}
     return [line for one in roots for line in _story(one, by_id, words, _EFFECTS, checks=True)]
 
 
 def tree(one: Record, by_id: Mapping[int, Record], depth: int = 0) -> Iterator[tuple[int, Record]]:
-    """Give an incident and what comes from it, each with how many causes are between."""
+    """Returns an incident and its consequences, each with the number of causes between."""
     yield depth, one
     for effect in one["effects"]:
         if effect in by_id and not by_id[effect]["root"]:
@@ -275,7 +275,7 @@ def tree(one: Record, by_id: Mapping[int, Record], depth: int = 0) -> Iterator[t
 
 
 def root(one: Record, by_id: Mapping[int, Record]) -> Record:
-    """Give the incident from which this one comes."""
+    """Returns the incident from which this one comes."""
     for _ in by_id:
         if one["root"] or one["cause"] is None or one["cause"]["id"] not in by_id:
             break
@@ -284,7 +284,7 @@ def root(one: Record, by_id: Mapping[int, Record]) -> Record:
 
 
 def _only(chosen: Chosen, words: Words) -> str:
-    """Say of which part the verdict is, if it is not of all."""
+    """Returns the part of the capture that the verdict is about, empty if that is all."""
     node, bus, since = chosen
     parts = [] if node is None else [words("reports.node", node=node)]
     if bus is not None:
@@ -297,7 +297,7 @@ def _only(chosen: Chosen, words: Words) -> str:
 def _stories(
     roots: Sequence[Record], alike: Mapping[int, int], by_id: Mapping[int, Record], words: Words, room: int | None
 ) -> tuple[list[str], int]:
-    """Give the lines of the stories, and how many stories are left out. room: lines that there are for them."""
+    """Returns the lines of the stories, and how many stories are left out. room: lines that there are for them."""
     for effects, checks in ((_EFFECTS, True), (2, True), (2, False), (1, False), (0, False)):
         blocks = [_story(one, by_id, words, effects, checks=checks or one["status"] == "open") for one in roots]
         for one, block in zip(roots, blocks, strict=True):
@@ -318,7 +318,7 @@ def _stories(
 
 
 def _alike(roots: Sequence[Record]) -> dict[int, int]:
-    """Give the stories that repeat an earlier one, of the same kind, subject and status, with that."""
+    """Returns the stories that repeat an earlier one, of the same kind, subject and status, with that."""
     first: dict[tuple[object, ...], int] = {}
     alike = {}
     for one in roots:
@@ -359,7 +359,7 @@ def _story(one: Record, by_id: Mapping[int, Record], words: Words, effects: int,
 
 
 def _fitted(line: str, columns: int) -> list[str]:
-    """Give a line as a narrow terminal has room for it: no word is broken, the frame's number stands at its edge."""
+    """Returns a line as a narrow terminal has room for it: no word is broken, the frame's number is at its edge."""
     if (placed := re.fullmatch(r"( *)(\S.*?)  +(#[0-9]+)", line)) is None:
         indent, text, frame = line[: len(line) - len(line.lstrip())], line.lstrip(), ""
     else:
@@ -425,7 +425,7 @@ def _nodes(whole: Record, by_id: Mapping[int, Record], words: Words, chosen: Cho
 
 
 def _more(told: Sequence[Record], names: Sequence[str], hidden: int, words: Words) -> str:
-    """Give what to type next."""
+    """Returns the commands to type next."""
     file = wording.capture_name(names[0]) if len(names) == 1 else "FILE"
     commands = []
     if told:

@@ -30,7 +30,7 @@ _EXACT: Final = 1 << 53
 
 
 def lines(found: Dictionary) -> Iterator[str]:
-    """Give all lines of one description."""
+    """Returns all lines of one description."""
     file = os.fsencode(found.file).decode("utf-8", "backslashreplace")
     yield _line("dictionary", file, _head(found))
     for thing in found.objects:

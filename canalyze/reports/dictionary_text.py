@@ -50,7 +50,7 @@ _TRANSMISSION: Final[dict[str, tuple[tuple[range, str], ...]]] = {
 
 
 def show(found: Dictionary, out: Output, words: Words, *, every: bool) -> None:
-    """Write one description; `every` lists all objects."""
+    """Writes one description; `every` lists all objects."""
     _facts(found, out, words)
     _objects(found, out, words, every=every)
     _areas(found, out, words)
@@ -116,7 +116,7 @@ def _objects(found: Dictionary, out: Output, words: Words, *, every: bool) -> No
 
 
 def _telling(thing: Object, every: bool) -> list[tuple[Entry, Entry]]:
-    """Give the entries worth a line, in an array those that hold something; long runs as their first and last."""
+    """Returns the entries worth a line, in an array those that hold something; long runs as their first and last."""
     if every or len(thing.entries) <= 1:
         return [(entry, entry) for entry in thing.entries]
     runs: list[list[Entry]] = []
@@ -160,7 +160,7 @@ def _type(entry: Entry) -> str:
 
 
 def _shown(value: Value | None, node: int | None) -> str:
-    """Give a value as people read it, numbers in both bases."""
+    """Returns a value as people read it, numbers in both bases."""
     if value is None:
         return ""
     if isinstance(value, NodeOffset):
@@ -272,7 +272,7 @@ def _defects(found: Dictionary, out: Output, words: Words) -> None:
 
 
 def defect_line(defect: Defect, file: str, words: Words) -> str:
-    """Say one defect in one line: file, line, what became of it, what it is."""
+    """Returns one defect as a line: file, line, effect, description."""
     place = f"{file}:{defect.line}" if defect.line else file
     said = words(f"defect.{defect.code}", **defect.facts)
     return f"{place}: {words(f'effect.{defect.effect}')}: {said} [{defect.code}]"

@@ -28,7 +28,7 @@ from canalyze.reports import contents
 from canalyze.words import Words
 
 FILL: Final = b"\0"
-"""What stands for a byte that is missing, here and in the data of JSON."""
+"""The byte in place of a missing one, here and in the data of JSON."""
 Hole: TypeAlias = tuple[int, int | None]
 """Offset, and length where it is known."""
 FILES: Final = frozenset({0x1021, 0x1023, 0x1F20, 0x1F22, 0x1F50})
@@ -43,7 +43,7 @@ class Directory:
     """A directory that fills with files."""
 
     def __init__(self, name: str, words: Words, tell: Callable[[str], None], *, force: bool) -> None:
-        """Make the directory if it is not there; OutputError if that cannot be."""
+        """Makes the directory if it is not there; OutputError if that cannot be."""
         self.written = 0
         self.holed = 0
         self.code = 0
@@ -52,9 +52,9 @@ class Directory:
         self._tell = tell
         self._force = force
         self.files: list[dict[str, Any]] = []
-        """What is a file for who uses the device: firmware, descriptions, what is packed."""
+        """Files for users of the device: firmware, descriptions, packed data."""
         self._software: dict[tuple[str | None, int, int], int] = {}
-        """What 1F56h was read to hold, by bus, node and program."""
+        """Values read from 1F56h, by bus, node and program."""
         self._open: dict[str, Part] = {}
         """By name, from the first byte on."""
         try:
@@ -67,7 +67,7 @@ class Directory:
             raise OutputError("output.write", name=name or '""', error=error) from error
 
     def add(self, pieces: Sequence[tuple[str, bytes, str, Sequence[Hole], str]]) -> None:
-        """Take (name, more bytes, status, holes, line of the transfer) as the core gives them."""
+        """Adds (name, more bytes, status, holes, line of the transfer) as they come from the core."""
         for name, data, status, holes, line in pieces:
             about = json.loads(line) if line else {}
             if about.get("index") == f"{_SOFTWARE:04X}" and isinstance(about["value"], int):
@@ -117,7 +117,7 @@ class Directory:
             part.discard()
 
     def _list(self, filled: Part, final: Path, beside: Path, holes: Sequence[Hole]) -> None:
-        """Give a file with holes its name, and the list of them beside it."""
+        """Returns a file with holes its name, and the list of them beside it."""
         try:
             known = [{"offset": offset, "length": length} for offset, length in holes]
             size = filled.path.stat().st_size
@@ -145,7 +145,7 @@ class Directory:
         self.code = 2
 
     def close(self) -> None:
-        """End what the core did not end: the run was cut short. OutputError where that cannot be."""
+        """Ends files that the core did not end because the run was cut short. OutputError where that cannot be."""
         for name in list(self._open):
             try:
                 self._end(name, "incomplete")
@@ -153,7 +153,7 @@ class Directory:
                 raise OutputError("output.write", name=self._path / name, error=error) from error
 
     def described(self) -> list[dict[str, Any]]:
-        """Give the files, each with what 1F56h says of its program."""
+        """Returns the files, each with what 1F56h says of its program."""
         for file in self.files:
             of = (file["bus"], file["node"], file["sub"])
             file["software"] = self._software.get(of) if file["index"] == f"{0x1F50:04X}" else None
@@ -161,7 +161,7 @@ class Directory:
 
 
 def _described(path: Path, status: str, holes: Sequence[Hole], about: dict[str, Any]) -> dict[str, Any]:
-    """Tell what the data of a transfer are. Of what is not all there it is not said that it is damaged."""
+    """Returns the kind of the data of a transfer. Incomplete data are not called damaged."""
     data = path.read_bytes() if path.stat().st_size <= contents.MOST else b""
     found = contents.recognised(data, int(about["index"], 16))
     whole = status == "ok" and not holes
@@ -180,7 +180,7 @@ def _described(path: Path, status: str, holes: Sequence[Hole], about: dict[str, 
 
 
 def _named(name: str, file: dict[str, Any] | None) -> str:
-    """Give the name of a file: with that of its object, and a suffix by what it holds."""
+    """Returns the name of a file: with that of its object, and a suffix by what it holds."""
     if file is None:
         return name
     stem, _, suffix = name.rpartition(".")
@@ -188,7 +188,7 @@ def _named(name: str, file: dict[str, Any] | None) -> str:
 
 
 def _filled(part: Part, holes: Sequence[Hole]) -> Part:
-    """Give the bytes that were seen at their offsets."""
+    """Returns the bytes that were seen at their offsets."""
     left = part.path.stat().st_size
     inner = [(offset, length) for offset, length in holes if length]
     filled = Part(part.final, replace=part.replace)

@@ -11,7 +11,7 @@ _COLUMNS: Final = ("file", "size", "contents", "crc", "software", "outcome")
 
 
 def show(files: Sequence[Mapping[str, Any]], out: Output, words: Words) -> None:
-    """Write them."""
+    """Writes them."""
     names = {key: words(f"col.{key}" if key in ("size", "outcome") else f"contents.{key}") for key in _COLUMNS}
     rows = [_row(file, words) for file in files]
     kept = [place for place, _ in enumerate(_COLUMNS) if any(row[place] for row in rows)]

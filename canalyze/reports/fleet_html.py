@@ -1,53 +1,51 @@
 """Many captures as one page for a browser: nothing is loaded, everything of a capture is escaped.
 
-The template is in `templates`. Must not: judge, or read a capture.
+It has no capture inside, as `canalyze.html` has: fleets are larger than a page. Must not: judge, or read a capture.
 """
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Any, Final
+from html import escape
+from typing import Final
 
+from canalyze import html
 from canalyze.check.verdict import Verdict
-from canalyze.errors import OutputError
 from canalyze.output import printable
 from canalyze.reports import wording
 from canalyze.words import Words
 
-_TEMPLATES: Final = Path(__file__).with_name("templates")
 _SAID: Final = 20
 """Findings of one capture that are shown at most."""
+_STATES: Final = {"unread": "unknown", "failing": "open", "passing": "ended"}
+"""In the order in which captures are listed, with the class in the style of the page."""
 
 
 def page(captures: Sequence[tuple[Verdict, int]], words: Words) -> bytes:
-    """Give the page. captures: each with the number of findings that count. OutputError without jinja2."""
-    try:
-        from jinja2 import Environment, FileSystemLoader, select_autoescape
-        from markupsafe import Markup
-    except ImportError as error:
-        raise OutputError("diagnose.needs_html", error=error) from error
-
-    environment = Environment(loader=FileSystemLoader(_TEMPLATES), autoescape=select_autoescape(default=True))
-    rows = [_row(one, findings, words) for one, findings in captures]
-    made = environment.get_template("fleet.html").render(
-        words=words,
-        style=Markup((_TEMPLATES / "diagnosis.css").read_text(encoding="utf-8")),
-        rows=sorted(rows, key=lambda row: _STATES.index(row["state"])),
-        counts={state: sum(row["state"] == state for row in rows) for state in _STATES},
+    """Returns the page. captures: each with the number of findings that count."""
+    rows = sorted(
+        ((_state(one), one, findings) for one, findings in captures), key=lambda row: [*_STATES].index(row[0])
     )
-    return made.encode("utf-8", "backslashreplace")
+    states = [state for state, _, _ in rows]
+    counts = " · ".join(f"{words(f'fleet.{state}')} {states.count(state)}" for state in _STATES)
+    names = ("capture", "", "frames", "findings", "")
+    head = "".join(f"<th>{escape(words(f'fleet.{name}')) if name else ''}</th>" for name in names)
+    body = "\n".join(_row(*row, words) for row in rows)
+    return html.static(
+        words.lang,
+        "canalyze fleet",
+        f'<header class="fleet"><h1>canalyze fleet</h1><p id="verdict">{escape(counts)}</p></header>\n'
+        f'<section id="index" class="fleet"><table>\n<tr>{head}</tr>\n{body}\n</table></section>',
+    )
 
 
-_STATES: Final = ("unread", "failing", "passing")
+def _state(verdict: Verdict) -> str:
+    return "unread" if verdict.error is not None else "failing" if verdict.failed else "passing"
 
 
-def _row(verdict: Verdict, findings: int, words: Words) -> dict[str, Any]:
+def _row(state: str, verdict: Verdict, findings: int, words: Words) -> str:
     said = [wording.title(one.finding) + ": " + wording.sentence(one, words) for one in verdict.failures]
     said += [printable(one.message) for one in verdict.stories if one.id in verdict.problems]
     said = ([printable(verdict.error)] if verdict.error else []) + said[:_SAID]
-    return {
-        "name": wording.capture_name(verdict.file),
-        "state": "unread" if verdict.error is not None else "failing" if verdict.failed else "passing",
-        "frames": verdict.frames,
-        "findings": findings,
-        "said": said,
-    }
+    name, shown = escape(wording.capture_name(verdict.file)), escape(words(f"fleet.{state}"))
+    lines = "<br>".join(map(escape, said))
+    cells = f'<td>{name}</td><td class="{_STATES[state]}">{shown}</td><td>{verdict.frames}</td><td>{findings}</td>'
+    return f"<tr>{cells}<td>{lines}</td></tr>"

@@ -17,7 +17,7 @@ Record = Mapping[str, Any]
 
 
 def show(captures: Sequence[tuple[str, str | None, Sequence[Record]]], out: Output, words: Words) -> None:
-    """Write the tables. captures: name, why it was not read as a whole, records of `summary`."""
+    """Writes the tables. captures: name, why it was not read as a whole, records of `summary`."""
     right = ("frames", "seconds", "nodes", "transfers", "load", "findings")
     columns = [
         Column(words("fleet.capture"), folds=True),
@@ -45,7 +45,7 @@ def show(captures: Sequence[tuple[str, str | None, Sequence[Record]]], out: Outp
 
 
 def show_problems(captures: Sequence[Diagnosed], out: Output, words: Words) -> None:
-    """Write which kind of problem was found at which node, in how many captures, the most open ones first."""
+    """Writes the kinds of problems by node, with the number of captures, the most open ones first."""
     spread: dict[tuple[str, str], list[tuple[str, Record]]] = {}
     for row in captures:
         for one in row.roots:
@@ -79,7 +79,7 @@ def show_problems(captures: Sequence[Diagnosed], out: Output, words: Words) -> N
 
 
 def show_tables(captures: Sequence[Mapping[str, int]], out: Output, words: Words) -> None:
-    """Say which tables were written. captures: rows by table, a wide one as signals/MESSAGE."""
+    """Writes the tables that were made. captures: rows by table, a wide one as signals/MESSAGE."""
     rows, files = Counter[str](), Counter[str]()
     for one in captures:
         rows.update(one)
@@ -90,7 +90,7 @@ def show_tables(captures: Sequence[Mapping[str, int]], out: Output, words: Words
 
 
 def show_failed(failed: Sequence[tuple[str, str, int]], out: Output, words: Words) -> None:
-    """Name the captures that could not be read, or not as a whole: name, why, number of attempts."""
+    """Writes the captures that could not be read, or not as a whole: name, reason, number of attempts."""
     if failed:
         out.text("\n" + dyed(words("fleet.failed", files=len(failed)), "error", out=out) + "\n")
     for name, reason, attempts in failed:
@@ -104,7 +104,7 @@ def _of(kind: str, records: Sequence[Record]) -> list[Record]:
 
 
 def _figures(records: Sequence[Record]) -> list[str]:
-    """Give frames, seconds, nodes, transfers, peak of the load, findings; EMPTY where there is none of it."""
+    """Returns frames, seconds, nodes, transfers, peak of the load, findings; EMPTY where there is none of it."""
     if not _of("capture", records):
         return [EMPTY] * 6
     (whole,), nodes = _of("capture", records), _of("node", records)

@@ -28,7 +28,7 @@ _PROPERTY: Final = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A", ":": "%3
 
 
 def lines(verdicts: Sequence[Verdict], words: Words) -> Iterator[str]:
-    """Give the lines of the report, without line ends."""
+    """Returns the lines of the report, without line ends."""
     given = Counter[str]()
     for verdict in verdicts:
         if verdict.error is not None:
@@ -91,7 +91,7 @@ def _finding(file: str, one: Counted, words: Words, *, as_command: bool) -> str:
 
 
 def _problem(file: str, one: Problem, severity: Severity, words: Words, *, as_command: bool) -> str:
-    """Give a root at its begin; captures of text have a line a frame only where they say so, so none is named."""
+    """Returns a root at its begin; captures of text have a line a frame only where they say so, so none is named."""
     title = f"{words('check.problem')} {one.kind}, {words('check.frame', frame=one.begin.frame)}"
     if as_command:
         return _command(_COMMANDS[severity], {**_file(file), "title": title}, printable(one.message))
@@ -99,7 +99,7 @@ def _problem(file: str, one: Problem, severity: Severity, words: Words, *, as_co
 
 
 def _file(file: str) -> dict[str, str]:
-    """Give the property that names the file; standard input is none."""
+    """Returns the property that names the file; standard input is none."""
     return {} if file == STDIN else {"file": wording.capture_name(file)}
 
 
@@ -109,5 +109,5 @@ def _command(name: str, properties: dict[str, str], message: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """Give a line of the log that is no command."""
+    """Returns a line of the log that is no command."""
     return text.replace("##[", "##\\x5b").replace("##vso[", "##vso\\x5b")

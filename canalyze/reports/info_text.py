@@ -1,4 +1,4 @@
-"""What a file is, for people: one block a file, a line a fact.
+"""Properties of files for people: one block a file, a line a fact.
 
 It lays out the object that the core hands over (`canalyze/core/src/tables/jsonl/info.rs` documents it) and computes
 nothing but units. What a file does not have is left out.
@@ -22,7 +22,7 @@ _LISTED: Final = 20
 
 
 def show(record: Record, out: Output, words: Words, *, first: bool) -> None:
-    """Write the block of one file, a blank line before it if it is not the first one."""
+    """Writes the block of one file, a blank line before it if it is not the first one."""
     rows: list[tuple[str, str]] = []
     before = ""
     for term, fact in _rows(record, words):
@@ -33,7 +33,7 @@ def show(record: Record, out: Output, words: Words, *, first: bool) -> None:
 
 
 def _rows(record: Record, words: Words) -> Iterator[tuple[str, str]]:
-    """Give term and fact; a term that comes again is written once."""
+    """Returns term and fact; a term that comes again is written once."""
     contents = record["contents"]
 
     def row(key: str, fact: str) -> tuple[str, str]:
@@ -107,7 +107,7 @@ def _topic(topic: Record, words: Words) -> str:
 
 
 def _quality(record: Record, words: Words) -> Iterator[str]:
-    """Say what is lost."""
+    """Returns lines about losses."""
     unreadable = record["unreadable"]
     if unreadable:
         line, offset = unreadable["first_line"], unreadable["first_offset"]

@@ -22,7 +22,7 @@ _PACKAGED: Final = str.maketrans({"/": ".", "\\": ".", ".": "_"})
 
 
 def document(verdicts: Sequence[Verdict], words: Words) -> bytes:
-    """Give the whole file."""
+    """Returns the whole file."""
     root = ET.Element("testsuites", name="canalyze")
     classes = _classes(verdicts)
     for verdict, name in zip(verdicts, classes, strict=True):
@@ -36,7 +36,7 @@ def document(verdicts: Sequence[Verdict], words: Words) -> bytes:
 
 
 def _classes(verdicts: Sequence[Verdict]) -> Iterator[str]:
-    """Name each capture so that no two have one name; test cases of one name would hide each other."""
+    """Returns a name for each capture, no two alike: test cases of one name would hide each other."""
     used: set[str] = set()
     for verdict in verdicts:
         name = base = wording.capture_name(verdict.file).translate(_PACKAGED).strip(".") or "_"
@@ -112,7 +112,7 @@ def _failing(one: Counted, verdict: Verdict, words: Words) -> ET.Element:
 
 
 def _problem(one: Problem, verdict: Verdict, words: Words) -> ET.Element:
-    """Give a story: it fails where problems of its status do."""
+    """Returns a story: it fails where problems of its status do."""
     where = " ".join(str(part) for part in (one.bus, *one.nodes) if part is not None)
     case = ET.Element("testcase", name=printable(f"{words('check.problem')} {one.kind} {where}".rstrip()))
     if one.id in verdict.problems:

@@ -25,7 +25,7 @@ _MARKUP: Final = re.compile(r"([\\`*_{}\[\]<>#&|~$!]|^[-+=]|(?<=\d)[.)](?=\s|$)|
 
 
 def lines(verdicts: Sequence[Verdict], words: Words) -> Iterator[str]:
-    """Return the lines of the document, without line ends."""
+    """Returns the lines of the document, without line ends."""
     report = check_text.Report(words, Output())
     *further, total = report.totals(verdicts)
     listed = [verdict for verdict in verdicts if not _is_clean(verdict)]
@@ -51,13 +51,13 @@ def lines(verdicts: Sequence[Verdict], words: Words) -> Iterator[str]:
 
 
 def _is_clean(verdict: Verdict) -> bool:
-    """Return true if a capture needs no row."""
+    """Returns true if a capture needs no row."""
     shown = verdict.failed or verdict.stories or check_text.unjudged(verdict)
     return verdict.error is None and verdict.judged and not shown
 
 
 def _table(listed: Sequence[Verdict], report: check_text.Report, words: Words) -> Iterator[str]:
-    """Return a row a capture, as many as take a third of the document."""
+    """Returns a row a capture, as many as take a third of the document."""
     yield f"| {words('check.column_capture')} | {words('check.column_frames')} | {words('check.column_result')} |"
     yield "|---|---:|---|"
     left = _MOST // 3
@@ -77,7 +77,7 @@ def _table(listed: Sequence[Verdict], report: check_text.Report, words: Words) -
 
 
 def _block(verdict: Verdict, report: check_text.Report, words: Words, *, bare: bool = False) -> Iterator[str]:
-    """Return what is said of one capture. bare: without the annotated lines."""
+    """Returns the lines about one capture. bare: without the annotated lines."""
     yield f"### {_code(wording.capture_name(verdict.file))}"
     yield ""
     if verdict.error is not None:
@@ -109,17 +109,17 @@ def _entry(one: Counted, report: check_text.Report, words: Words, *, bare: bool)
 
 
 def _longest_run(texts: Iterable[str]) -> int:
-    """Return how many backticks follow one another at most."""
+    """Returns the length of the longest run of backticks."""
     return max((len(run) for text in texts for run in re.findall("`+", text)), default=0)
 
 
 def _text(text: str) -> str:
-    """Return a text that has no markup. A word joiner behind an `@` keeps it from naming a person."""
+    """Returns a text that has no markup. A word joiner behind an `@` keeps it from naming a person."""
     return _MARKUP.sub(r"\\\1", printable(text).strip()).replace("@", "@\u2060")
 
 
 def _code(text: str, *, cell: bool = False) -> str:
-    """Return a code span. cell: within a table, where a bar has to be escaped even there."""
+    """Returns a code span. cell: within a table, where a bar has to be escaped even there."""
     fence = "`" * (_longest_run([text]) + 1)
     shown = text.replace("|", "\\|") if cell else text
     return f"{fence} {shown} {fence}" if shown[:1] in "` " or shown[-1:] in "` " else f"{fence}{shown}{fence}"

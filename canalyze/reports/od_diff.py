@@ -25,12 +25,12 @@ _NAMED: Final = 8
 
 
 def count(found: Compared) -> int:
-    """Give the number of differences; a node that only one side has counts once."""
+    """Returns the number of differences; a node that only one side has counts once."""
     return sum(len(_told(pair)) for pair in found.pairs) + sum(map(len, found.alone))
 
 
 def show(found: Compared, out: Output, words: Words, *, every: bool) -> None:
-    """Write what differs, and how much was set apart and why; every: that too, object by object."""
+    """Writes the differences, and the number of objects set apart with the reason; every: these too, one by one."""
     compared = 0
     for pair in found.pairs:
         compared += pair.compared
@@ -53,7 +53,7 @@ def show(found: Compared, out: Output, words: Words, *, every: bool) -> None:
 
 
 def lines(found: Compared, names: tuple[str, str]) -> bytes:
-    """Give the JSON lines."""
+    """Returns the JSON lines."""
     return b"".join(jsonl.line(record, compact=True) for record in _records(found, names))
 
 
@@ -148,7 +148,7 @@ def _profile(pair: Pair) -> int:
 
 
 def _texts(one: Difference, pair: Pair, lang: str) -> list[tuple[str, int | None]]:
-    """Give the value of each side in words, both by one type, and the COB-ID without the node-ID."""
+    """Returns the value of each side in words, both by one type, and the COB-ID without the node-ID."""
     apart = pair.nodes[0].node != pair.nodes[1].node
     kind = next((held.kind for held in one.held if held and held.kind), 0)
     texts: list[tuple[str, int | None]] = []
@@ -161,7 +161,7 @@ def _texts(one: Difference, pair: Pair, lang: str) -> list[tuple[str, int | None
 
 
 def _apart(apart: Sequence[Difference], words: Words) -> list[str]:
-    """Give a line for each reason: how many objects, and the first of them."""
+    """Returns a line for each reason: how many objects, and the first of them."""
     rows = []
     for reason, count in Counter(one.reason for one in apart).items():
         places = [_place(one) for one in apart if one.reason == reason]

@@ -20,13 +20,13 @@ Record = Mapping[str, Any]
 
 
 class Of(NamedTuple):
-    """What the files are made of."""
+    """The data that files are made of."""
 
     node: int
     head: Record
     objects: list[Record]
     values: dict[Address, bytes]
-    """What was written and accepted, in that order; no bytes where not all of them are there."""
+    """Values that were written and accepted, in that order; no bytes where not all of them are there."""
     description: tuple[bytes, str] | None
     """The device's own, and its name."""
 
@@ -43,7 +43,7 @@ class File(NamedTuple):
 
 
 def of(records: Sequence[Record], node: int, description: tuple[bytes, str] | None) -> Of:
-    """Choose what belongs to a node; OutputError where there is none, or there are several."""
+    """Chooses what belongs to a node; OutputError where there is none, or there are several."""
     heads = [one for one in records if one["kind"] == "od_node" and one["node"] == node]
     if len(heads) > 1:
         raise OutputError("od.buses", node=node, buses=", ".join(str(one["bus"]) for one in heads))
@@ -56,7 +56,7 @@ def of(records: Sequence[Record], node: int, description: tuple[bytes, str] | No
 
 
 def made(form: str, name: str, of: Of, words: Words) -> tuple[bytes, list[str]]:
-    """Make the file of that name; give its content and the line about it. form: one of FORMS.
+    """Makes the file of that name; give its content and the line about it. form: one of FORMS.
 
     OutputError where there is nothing to be written.
     """

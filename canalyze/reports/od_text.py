@@ -28,7 +28,7 @@ _LEAVING: Final = {"time": 1, "bits": 2, "frame": 3, "seen": SPARE, "type": SPAR
 
 
 def show(records: Iterable[Record], out: Output, words: Words) -> None:
-    """Write the records of one capture: each node, and its objects."""
+    """Writes the records of one capture: each node, and its objects."""
     first = True
     for node, objects in _by_node(records):
         if not first:
@@ -52,13 +52,13 @@ class History:
     """All values in order, on their way to an output."""
 
     def __init__(self, out: Output, words: Words, *, live: bool) -> None:
-        """Take where they go. live: rows may not wait for others."""
+        """Begins a table on an output. live: rows may not wait for others."""
         self._words = words
         self._table = Table([_column(key, words) for key in _HISTORY], out, live=live)
         self._rows = 0
 
     def put(self, lines: bytes) -> None:
-        """Write what the core has seen, JSON lines."""
+        """Writes values that the core has seen, as JSON lines."""
         rows = []
         for one in map(json.loads, lines.splitlines()):
             self._rows += 1
@@ -66,7 +66,7 @@ class History:
         self._table.add(rows)
 
     def close(self) -> None:
-        """Write what was gathered."""
+        """Writes the gathered rows."""
         self._table.close()
 
 
@@ -98,7 +98,7 @@ def _column(key: str, words: Words) -> Column:
 
 
 def _object(one: Record, words: Words) -> list[str]:
-    """Give the cells of one object."""
+    """Returns the cells of one object."""
     kind = one["type"]
     if one["type_from"] == "inferred":
         kind = words("od.inferred", type=kind)
@@ -126,7 +126,7 @@ def _last(one: Record, words: Words) -> str | None:
 
 
 def _in_force(one: Record, words: Words) -> str | None:
-    """Give what the object holds where that is not what was seen of it last."""
+    """Returns the value of the object where it is not the one seen last."""
     held = one["in_force"]
     if held is None or one["source"] is None or held["text"] == one["text"]:
         return None
@@ -141,7 +141,7 @@ def _abort(abort: Record, words: Words) -> str:
 
 
 def _value(one: Record, words: Words) -> list[str]:
-    """Give the cells of one value."""
+    """Returns the cells of one value."""
     abort = one["abort"]
     cells = (
         one["t"],

@@ -31,7 +31,7 @@ _SCHEMA: Final = "https://json.schemastore.org/sarif-2.1.0.json"
 _LANGUAGES: Final = {"zh": "zh-CN", "en": "en-US"}
 _LEVELS: Final = {"error": "error", "warning": "warning", "info": "note"}
 _PROBLEMS: Final = {"error": "error", "warning": "warning", "info": "recommendation"}
-"""How code scanning calls severities that are not about security."""
+"""The names in code scanning of severities that are not about security."""
 _MOST: Final = 25_000
 """Results of a run that code scanning takes; a file with more is refused."""
 _LONGEST: Final = 1024
@@ -39,11 +39,11 @@ _LONGEST: Final = 1024
 _SHOWN: Final = 1
 """Identifies the location of the frame that shows a finding about an earlier one."""
 _LINK: Final = "\0"
-"""Where in a sentence the link to it will stand; no sentence has this character."""
+"""The place of the link to it in a sentence; no sentence has this character."""
 
 
 def document(verdicts: Sequence[Verdict], rules: "Sequence[Rule]", words: Words) -> bytes:
-    """Give the whole file; `rules` is the catalogue in the language of `words`."""
+    """Returns the whole file; `rules` is the catalogue in the language of `words`."""
     found = [
         (verdict.file, one)
         for verdict in verdicts
@@ -96,7 +96,7 @@ def document(verdicts: Sequence[Verdict], rules: "Sequence[Rule]", words: Words)
 
 
 def _worst(found: list[tuple[str, Counted]]) -> list[tuple[str, Counted]]:
-    """Keep what a reader takes, the worst of it, in the order in which it is."""
+    """Keeps what a reader takes, the worst of it, in the order in which it is."""
     if len(found) <= _MOST:
         return found
     by_severity = sorted(range(len(found)), key=lambda place: -SEVERITIES.index(found[place][1].finding.severity))
@@ -116,7 +116,7 @@ def _state_of(one: Problem, verdict: Verdict) -> str:
 
 
 def _rule(finding: Finding, rule: "Rule | None", words: Words) -> Json:
-    """Describe the rule of a finding; what no catalogue has, by the finding."""
+    """Describes the rule of a finding; what no catalogue has, by the finding."""
     severity = finding.severity if rule is None else rule.severity
     facts = []
     if rule is not None:
@@ -180,7 +180,7 @@ def _result(artifact: Json, one: Counted, words: Words) -> Json:
 
 
 def _story(artifact: Json, one: Problem, verdict: Verdict, words: Words) -> Json:
-    """Give a root: its steps as a flow, and what it has caused as related places."""
+    """Returns a root: its steps as a flow, and what it has caused as related places."""
     steps = [
         {"location": {**_location(artifact, None, None), "message": {"text": printable(f"#{step.frame}: {step.text}")}}}
         for step in one.steps
@@ -215,7 +215,7 @@ def _line_of(finding: Finding, frame: int | None) -> str | None:
 
 
 def _location(artifact: Json, line: int | None, text: str | None) -> Json:
-    """Say where: the line only where the format has lines."""
+    """Returns a location; with a line only where the format has lines."""
     physical: Json = {"artifactLocation": artifact}
     if line is not None:
         physical["region"] = {"startLine": line, "startColumn": 1, "endLine": line}
@@ -225,7 +225,7 @@ def _location(artifact: Json, line: int | None, text: str | None) -> Json:
 
 
 def _logical(finding: Finding) -> Iterator[Json]:
-    """Name bus, node and object, each within the one before."""
+    """Returns bus, node and object, each within the one before."""
     path: list[str] = []
     for kind, name in (("bus", finding.bus), ("node", finding.node), ("object", finding.object)):
         if name is not None:
@@ -235,7 +235,7 @@ def _logical(finding: Finding) -> Iterator[Json]:
 
 
 def _fingerprints(finding: Finding) -> Mapping[str, str]:
-    """Tell a kind of finding again in the next run, wherever its frame is then; the reader adds the file."""
+    """Returns a key of a kind of finding, the same in the next run whatever its frame is; the reader adds the file."""
     parts = [finding.code, finding.bus, finding.node, finding.object]
     if label := wording.expectation(finding):
         parts.append(label)
@@ -245,7 +245,7 @@ def _fingerprints(finding: Finding) -> Mapping[str, str]:
 
 
 def _invocation(verdicts: Sequence[Verdict], uris: Mapping[str, str], left: int, words: Words) -> Json:
-    """Say what could not be read, what was complained of, and what is not in the file."""
+    """Returns the notes about captures that could not be read, complaints, and results that are not in the file."""
     said: list[Json] = []
     for verdict in verdicts:
         lines = [("error", verdict.error)] if verdict.error is not None else []

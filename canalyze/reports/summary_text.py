@@ -48,20 +48,20 @@ _STATES: Final = 12
 
 
 class Sheet(Protocol):
-    """Where blocks are written to; texts are as they are in the capture."""
+    """Takes the blocks; texts are as they are in the capture."""
 
     def facts(self, heading: str, rows: Sequence[tuple[str, str]]) -> None:
-        """Write terms with what is said of them."""
+        """Writes terms with what is said of them."""
 
     def table(self, heading: str, keys: Sequence[str], names: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-        """Write a table; `keys` say what its columns are, `names` what they are called."""
+        """Writes a table; `keys` say what its columns are, `names` what they are called."""
 
     def line(self, text: str) -> None:
-        """Write a line behind a block; an empty one separates."""
+        """Writes a line behind a block; an empty one separates."""
 
 
 def show(records: Iterable[Record], out: Output, words: Words, *, moments: bool = True) -> None:
-    """Write the records of one capture as text. moments: see `report`."""
+    """Writes the records of one capture as text. moments: see `report`."""
     severities = {words.of("severity", severity): severity for severity in SEVERITIES}
     report(records, _Text(out, severities), words, moments=moments)
 
@@ -74,7 +74,7 @@ def report(
     moments: bool = True,
     stamp: Callable[[str], str] = str,
 ) -> None:
-    """Write the records of one capture.
+    """Writes the records of one capture.
 
     moments: times are those of the capture; else they are shown as they are. stamp: how its first and its last stamp
     are written.
@@ -113,7 +113,7 @@ class _Report:
         silent: Sequence[Record],
         kinds: Mapping[str, Sequence[Record]],
     ) -> None:
-        """Write every block."""
+        """Writes every block."""
         self._facts()
         self._buses(buses)
         self._services(buses)
@@ -141,7 +141,7 @@ class _Report:
         self._sheet.facts(words("summary.capture"), rows)
 
     def _quality(self) -> list[str]:
-        """Say what a reader of the figures has to know of the capture."""
+        """Returns the remarks that readers of the figures need."""
         capture, words = self._capture, self._words
         lines = []
         if capture["unstamped"] == capture["frames"]:
@@ -243,7 +243,7 @@ class _Report:
         return state
 
     def _states(self, nodes: Sequence[Record]) -> None:
-        """Show the states of the nodes that have had more than one."""
+        """Shows the states of the nodes that have had more than one."""
         rows = [
             [_text(node["bus"]), str(node["node"]), self._changes(node)] for node in nodes if len(node["states"]) > 1
         ]
@@ -356,13 +356,13 @@ class _Report:
         self._table("summary.findings", keys, rows)
 
     def _place(self, frame: int | None, line: int | None) -> str:
-        """Give the frame; a finding about the capture itself has only a line."""
+        """Returns the frame; a finding about the capture itself has only a line."""
         if frame is not None:
             return str(frame)
         return EMPTY if line is None else self._words("summary.line", line=line)
 
     def _table(self, heading: str, keys: Sequence[str], rows: list[list[str]]) -> None:
-        """Write a block; a column with nothing in it is left out."""
+        """Writes a block; a column with nothing in it is left out."""
         if not rows:
             return
         shown = [place for place in range(len(keys)) if any(row[place] != EMPTY for row in rows)]
@@ -416,7 +416,7 @@ def _text(value: object) -> str:
 
 
 def _word(state: str, text: str | None) -> str:
-    """Give the word for a state; its number where it has none."""
+    """Returns the word for a state; its number where it has none."""
     return text or f"{state}h"
 
 
@@ -433,7 +433,7 @@ def _percent(load: float | None) -> str:
 
 
 def _ms(us: float) -> str:
-    """Give microseconds as milliseconds, with the digits that count."""
+    """Returns microseconds as milliseconds, with the digits that count."""
     ms = us / 1000
     digits = 3 if ms < 9.9995 else 2 if ms < 99.995 else 1
     return f"{ms:.{digits}f}"
@@ -448,7 +448,7 @@ def _span(least: int, most: int) -> str:
 
 
 def left_out_key(left_out: Record) -> str:
-    """Give the key of the sentence about rows that are left out, by how many places tell their number."""
+    """Returns the key of the sentence about rows that are left out, by how many places tell their number."""
     if left_out["uncounted"] == left_out["places"]:
         return "left_out_unknown"
     return "left_out_partly" if left_out["uncounted"] else "left_out"

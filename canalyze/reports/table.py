@@ -37,7 +37,7 @@ class Column(NamedTuple):
 
     heading: str
     right: bool = False
-    """Stands to the right, as numbers do."""
+    """Aligned to the right, as numbers are."""
     folds: bool = False
     """May be folded where the terminal is too narrow, after columns have left; all others stay on one line."""
     leaves: int = 0
@@ -58,14 +58,14 @@ class Row(NamedTuple):
 
     cells: list[str]
     order: int = 0
-    """Gathered rows stand in this order."""
+    """Gathered rows are sorted by this."""
 
 
 class _Shown(NamedTuple):
     """A column as it is laid out on a terminal."""
 
     place: int
-    """Which cell of a row it shows."""
+    """The number of its cell in a row."""
     column: Column
     write: Callable[[str], str] | None = None
 
@@ -74,7 +74,7 @@ class Table:
     """Rows on their way to an output."""
 
     def __init__(self, columns: Sequence[Column], out: Output, *, live: bool) -> None:
-        """Take the columns. `live`: rows may not wait for others."""
+        """Begins a table with these columns. `live`: rows may not wait for others."""
         self._columns = columns
         self._out = out
         self._live = live
@@ -83,13 +83,13 @@ class Table:
         self._widths: list[int] = []
 
     def add(self, rows: list[Row]) -> None:
-        """Add rows; they are written at once if they may not wait."""
+        """Adds rows; they are written at once if they may not wait."""
         self._rows += (Row([printable(cell) for cell in row.cells], row.order) for row in rows)
         if self._live or self._widths or len(self._rows) > _GATHERED:
             self._write()
 
     def close(self) -> None:
-        """Write what was gathered."""
+        """Writes the gathered rows."""
         self._write()
 
     def _write(self) -> None:
@@ -106,7 +106,7 @@ class Table:
         self._out.text("".join(lines))
 
     def _settle(self, rows: list[list[str]]) -> None:
-        """Decide which columns are shown, and how wide."""
+        """Decides which columns are shown, and how wide."""
         shown = [_Shown(place, column) for place, column in enumerate(self._columns)]
         if self._out.is_terminal:
             import shutil
@@ -118,7 +118,7 @@ class Table:
             self._widths = [min(size, _WIDEST) for size in _measured(shown, rows, live=False)]
 
     def _laid_out(self, cells: list[str]) -> str:
-        """Give the line of a row, or its lines where a cell is folded."""
+        """Returns the line of a row, or its lines where a cell is folded."""
         fold = self._out.is_terminal
         colours = [
             shown.column.colour(cell) if shown.column.colour else ""
@@ -146,7 +146,7 @@ class Table:
 
 
 def write(columns: Sequence[Column], rows: Iterable[Iterable[str]], out: Output) -> None:
-    """Write a whole table, its rows in their order."""
+    """Writes a whole table, its rows in their order."""
     table = Table(columns, out, live=False)
     table.add([Row(list(cells)) for cells in rows])
     table.close()
@@ -162,7 +162,7 @@ def _cells(shown: _Shown, rows: list[list[str]]) -> list[str]:
 
 
 def _measured(columns: list[_Shown], rows: list[list[str]], *, live: bool) -> list[int]:
-    """Give the width of each column when nothing is folded."""
+    """Returns the width of each column when nothing is folded."""
     widths = [max(width(shown.column.heading), *map(width, _cells(shown, rows))) for shown in columns]
     if live:  # longer cells are still to come
         widths = [max(size, _LIVE * shown.column.folds) for size, shown in zip(widths, columns, strict=True)]
@@ -174,7 +174,7 @@ def _total(widths: list[int]) -> int:
 
 
 def _fitted(columns: list[_Shown], rows: list[list[str]], room: int, *, live: bool) -> tuple[list[_Shown], list[int]]:
-    """Let columns leave until the rest fits, at last with folded cells; give what is left and how wide it is."""
+    """Drops columns until the rest fits, at last with folded cells; returns the rest and its widths."""
     widths = _measured(columns, rows, live=live)
     if _total(widths) > room and not live:
         columns = [shown for shown in columns if set(_cells(shown, rows)) - {EMPTY, ""}] or columns
@@ -197,7 +197,7 @@ def _may_leave(shown: _Shown, rows: list[list[str]], *, live: bool) -> bool:
 
 
 def _after_its_turn(shown: _Shown, rows: list[list[str]]) -> list[_Shown]:
-    """Give what a column becomes when its turn to leave has come: nothing, or its shorter form if that is shorter."""
+    """Returns a column after its turn to leave: nothing, or its shorter form if that is shorter."""
     column = shown.column
     if column.shorten is None:
         return []
@@ -210,7 +210,7 @@ def _after_its_turn(shown: _Shown, rows: list[list[str]]) -> list[_Shown]:
 
 
 def _folds(columns: list[_Shown], widths: list[int], rows: list[list[str]], room: int) -> tuple[list[int], int]:
-    """Share the room that other columns leave among those that fold; give all widths and the lines of the highest cell.
+    """Shares the remaining room among columns that fold; returns all widths and the lines of the highest cell.
 
     Every folding column gets as little as it needs for the same number of lines, the first ones what is over.
     """
@@ -237,7 +237,7 @@ def _folds(columns: list[_Shown], widths: list[int], rows: list[list[str]], room
 
 
 def _narrowest(cells: list[str], lines: int, least: int, widest: int) -> int:
-    """Find how narrow a column may be for its cells to take that many lines."""
+    """Finds how narrow a column may be for its cells to take that many lines."""
     while least < widest:
         middle = (least + widest) // 2
         if max(len(folded(cell, middle)) for cell in cells) <= lines:

@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 
 def file_uri(file: str, *, windows: bool = os.name == "nt", here: str | None = None) -> str:
-    """Give the URI of a name as it was given; `here` is the working directory, an absolute path.
+    """Returns the URI of a name as it was given; `here` is the working directory, an absolute path.
 
     A relative name stays relative. Bytes of a POSIX name that are no UTF-8 are encoded as they are.
     """

@@ -1,4 +1,4 @@
-"""How a finding is put for other programs' pages: what is alike in the JUnit, SARIF and GitHub reports.
+"""The wording of findings for pages of other programs, shared by the JUnit, SARIF and GitHub reports.
 
 All text that leaves here is one printable line: what a capture or a file name holds can break no format and drive no
 terminal. Must not: know one of the formats.
@@ -21,12 +21,12 @@ _ALSO: Final = 9
 
 
 def capture_name(file: str) -> str:
-    """Give a capture's name for people."""
+    """Returns a capture's name for people."""
     return "stdin" if file == STDIN else printable(file)
 
 
 def ranges(numbers: Iterable[int], between: str = ",") -> str:
-    """Give numbers in their order, runs as 1-4."""
+    """Returns numbers in their order, runs as 1-4."""
     runs: list[list[int]] = []
     for number in sorted(numbers):
         if runs and runs[-1][-1] == number - 1:
@@ -37,17 +37,17 @@ def ranges(numbers: Iterable[int], between: str = ",") -> str:
 
 
 def place(file: str, line: int | None) -> str:
-    """Give file and line as compilers do, for whoever makes links of it."""
+    """Returns file and line as compilers do, for whoever makes links of it."""
     return capture_name(file) if line is None else f"{capture_name(file)}:{line}"
 
 
 def title(finding: "Finding") -> str:
-    """Give the rule: SDO001 toggle-bit."""
+    """Returns the rule: SDO001 toggle-bit."""
     return printable(f"{finding.code} {finding.name}")
 
 
 def kind(finding: "Finding", words: Words) -> str:
-    """Tell it from all other kinds of one capture: rule, bus, node, object, expectation."""
+    """Returns the key of a kind of finding in one capture: rule, bus, node, object, expectation."""
     parts = [
         title(finding),
         finding.bus,
@@ -59,7 +59,7 @@ def kind(finding: "Finding", words: Words) -> str:
 
 
 def expectation(finding: "Finding") -> str | None:
-    """Give the line that the expectation stands in: of its file the name only, which is the same wherever this runs."""
+    """Returns the line of the expectation: of its file the name only, which is the same wherever this runs."""
     if finding.expectation is None:
         return None
     from pathlib import PurePath
@@ -68,7 +68,7 @@ def expectation(finding: "Finding") -> str | None:
 
 
 def where(finding: "Finding", words: Words, *, shown: str | None = None) -> list[str]:
-    """Say which frame it is about, then which one shows it, if another; `shown` is a link to that one."""
+    """Returns the frame it is about, then the one that shows it, if another; `shown` is a link to that one."""
     said = []
     if finding.about_frame is not None:
         said.append(words("reports.frame", frame=finding.about_frame))
@@ -82,7 +82,7 @@ def where(finding: "Finding", words: Words, *, shown: str | None = None) -> list
 
 
 def repeats(counted: "Counted", words: Words) -> list[str]:
-    """Say how many there are, if more than one, and what of it the baseline allows."""
+    """Returns the number of findings, if more than one, and the part that the baseline allows."""
     said = []
     count = max(counted.count, counted.alike) if counted.known else counted.count
     if count > 1 or counted.known:
@@ -93,12 +93,12 @@ def repeats(counted: "Counted", words: Words) -> list[str]:
 
 
 def unjudged(verdict: "Verdict", words: Words) -> str:
-    """Say why nothing was judged, and that it was not."""
+    """Returns the reason why nothing was judged."""
     return words("check.then").join((words.of("check_nature", verdict.nature), words("check.unjudged")))
 
 
 def consequences(found: "Sequence[Counted]", words: Words) -> str:
-    """Say how many consequences there are and of which rules: 3 consequences: PDO004, SYN008 (2)."""
+    """Returns the number of consequences and their rules: 3 consequences: PDO004, SYN008 (2)."""
     counts = Counter[str]()
     for one in found:
         counts[printable(one.finding.code)] += one.count
@@ -107,7 +107,7 @@ def consequences(found: "Sequence[Counted]", words: Words) -> str:
 
 
 def of_events(verdict: "Verdict", words: Words) -> Iterator[str]:
-    """Give a line for each cause that is no finding: its frame, and what it explains."""
+    """Returns a line for each cause that is no finding: its frame, and what it explains."""
     frames = sorted({one.finding.because_of or 0 for one in verdict.consequences})
     for frame in frames:
         found = [one for one in verdict.consequences if one.finding.because_of == frame]
@@ -116,13 +116,13 @@ def of_events(verdict: "Verdict", words: Words) -> Iterator[str]:
 
 
 def other_frames(counted: "Counted") -> list[int]:
-    """Give the frames that the further ones shown of its kind are about, each once."""
+    """Returns the frames that the further ones shown of its kind are about, each once."""
     frames = dict.fromkeys(one.about_frame for one in counted.shown)
     return [frame for frame in frames if frame is not None and frame != counted.finding.about_frame]
 
 
 def further(counted: "Counted", words: Words) -> str | None:
-    """Name the frames of the others of its kind; None where there are none to name."""
+    """Returns the frames of the others of its kind; None if there are none."""
     frames = other_frames(counted)
     if not frames:
         return None
@@ -132,14 +132,14 @@ def further(counted: "Counted", words: Words) -> str | None:
 
 
 def sentence(counted: "Counted", words: Words, *, shown: str | None = None) -> str:
-    """Give all of it in one line: the message, then where and how often; `shown` as in `where`."""
+    """Returns all of it in one line: the message, then where and how often; `shown` as in `where`."""
     parts = [*where(counted.finding, words, shown=shown), *repeats(counted, words)]
     said = printable(counted.finding.message)
     return words("reports.said", message=said, place=words("reports.then").join(parts)) if parts else said
 
 
 def brief(counted: "Counted", words: Words) -> str:
-    """Return the message with its frame and how often, for places that name file, line and rule by themselves."""
+    """Returns the message with its frame and how often, for places that name file, line and rule by themselves."""
     frame = counted.finding.about_frame
     parts = [*([words("reports.frame", frame=frame)] if frame is not None else []), *repeats(counted, words)]
     said = printable(counted.finding.message)
@@ -147,7 +147,7 @@ def brief(counted: "Counted", words: Words) -> str:
 
 
 def annotated(finding: "Finding") -> Iterator[str]:
-    """Give the lines of its context; that of the frame that it is about is marked.
+    """Returns the lines of its context; that of the frame that it is about is marked.
 
     Where that line is not among them, the one that shows it is.
     """

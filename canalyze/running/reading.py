@@ -17,6 +17,7 @@ from canalyze.words import Words
 
 if TYPE_CHECKING:
     from canalyze._core import Session
+    from canalyze.sources.compressed import Damage
     from canalyze.sources.live import Live
     from canalyze.sources.pythoncan import PythonCanCapture
 
@@ -199,7 +200,9 @@ class Reading:
         yield from self._results(session.end(input=number), hold=hold)
         if session.file_frames == 0:
             if stopped is None:
-                stopped = self._nothing(capture)
+                stopped = nothing(
+                    capture, session, self._words, given_format=self._given_format, frameless=self._frameless
+                )
                 if stopped and capture.format == "candump" and not capture.damage:
                     self._held, self._more = [], 0  # it is none: one line says it all
             self.understood = stopped is None
@@ -210,39 +213,6 @@ class Reading:
     def _remarks(self, capture: "Capture | PythonCanCapture | Live") -> None:
         for remark in capture.remarks():
             self._reader.complain(remark.in_words(self._words))
-
-    def _nothing(self, capture: "Capture | PythonCanCapture | Live") -> SourceError | None:
-        """Say why there is no frame, unless that is no fault: of a file with topics, which ones there are."""
-        if capture.format == "live":  # on a bus there may be silence
-            return None
-        if not capture.taken:
-            return SourceError("source.empty", name=capture.name)
-        if self._frameless and capture.format != "candump":
-            return None
-        import json
-
-        if capture.format == "mcap":
-            topics = json.loads(self._session.contents())["topics"]
-            topics.sort(key=lambda topic: topic["messages"] == 0)  # what holds nothing is listed last
-            listed = ", ".join(f"{topic['name']} ({topic['schema'] or '?'})" for topic in topics[:_LISTED])
-            more = ", ..." if len(topics) > _LISTED else ""
-            if topics and not any(topic["read_as"] for topic in topics):
-                return SourceError("source.no_topic", name=capture.name, topics=f"{listed}{more}")
-        # Of what could not be unpacked, or is said to be something, there is nothing to guess.
-        if (
-            isinstance(capture, Capture)
-            and capture.format == "candump"
-            and not self._given_format
-            and not capture.damage
-        ):
-            return SourceError("source.nothing", name=capture.name, first=_first_line(capture.head))
-        form = self._words.of("info.title", capture.kind)
-        dialect = json.loads(self._session.contents())["dialect"]
-        if dialect.get("identifiers") == "implausible":
-            return SourceError("source.implausible", name=capture.name, form=form)
-        if self._given_format:
-            return SourceError("source.unfit", name=capture.name, form=form, formats=", ".join(input_formats()))
-        return SourceError("source.frameless", name=capture.name, form=form)
 
     def _results(self, result: bytes, *, hold: bool) -> Iterator[bytes]:
         """Pass a result on, then what is to be complained of; of a file that is no capture one line will do."""
@@ -263,6 +233,68 @@ class Reading:
         if self._more:
             self._reader.complain(self._words("source.more_complaints", name=self._name, count=self._more))
         self._held, self._more = [], 0
+
+
+class Counted:
+    """An open capture whose frames are counted while it is read, as bytes: SourceError at its end where it has none."""
+
+    def __init__(self, capture: "Capture | PythonCanCapture", session: "Session", words: Words, *, given_format: bool):
+        """`session` counts; the format `info` does no more than that."""
+        self.name, self.format = capture.name, capture.format
+        self._capture, self._session, self._words, self._given_format = capture, session, words, given_format
+        session.begin(_utf8(capture.name), capture.regular, capture.format)
+
+    @property
+    def damage(self) -> "Damage | None":
+        """Why the file could be unpacked no further; known when nothing comes any more."""
+        return self._capture.damage
+
+    def read(self) -> bytes:
+        """Return the next bytes, b"" at the end."""
+        if data := self._capture.read():
+            self._session.feed(data)
+        else:
+            self._session.end()
+            problem = nothing(self._capture, self._session, self._words, given_format=self._given_format)
+            if self._session.file_frames == 0 and problem:
+                raise problem
+        return data
+
+
+def nothing(
+    capture: "Capture | PythonCanCapture | Live",
+    session: "Session",
+    words: Words,
+    *,
+    given_format: bool,
+    frameless: bool = False,
+) -> SourceError | None:
+    """Return why there is no frame, unless that is no fault: of a file with topics, which ones there are."""
+    if capture.format == "live":  # on a bus there may be silence
+        return None
+    if not capture.taken:
+        return SourceError("source.empty", name=capture.name)
+    if frameless and capture.format != "candump":
+        return None
+    import json
+
+    if capture.format == "mcap":
+        topics = json.loads(session.contents())["topics"]
+        topics.sort(key=lambda topic: topic["messages"] == 0)  # what holds nothing is listed last
+        listed = ", ".join(f"{topic['name']} ({topic['schema'] or '?'})" for topic in topics[:_LISTED])
+        more = ", ..." if len(topics) > _LISTED else ""
+        if topics and not any(topic["read_as"] for topic in topics):
+            return SourceError("source.no_topic", name=capture.name, topics=f"{listed}{more}")
+    # Of what could not be unpacked, or is said to be something, there is nothing to guess.
+    if isinstance(capture, Capture) and capture.format == "candump" and not given_format and not capture.damage:
+        return SourceError("source.nothing", name=capture.name, first=_first_line(capture.head))
+    form = words.of("info.title", capture.kind)
+    dialect = json.loads(session.contents())["dialect"]
+    if dialect.get("identifiers") == "implausible":
+        return SourceError("source.implausible", name=capture.name, form=form)
+    if given_format:
+        return SourceError("source.unfit", name=capture.name, form=form, formats=", ".join(input_formats()))
+    return SourceError("source.frameless", name=capture.name, form=form)
 
 
 def _first_line(head: bytes) -> str:

@@ -3,7 +3,7 @@
 /**
  * @typedef {{name: string, size: number, format?: string, damage?: object | null,
  *   read: (at: number, length: number) => Promise<ArrayBuffer>}} Part A file of a capture.
- * @typedef {{name: string, parts: Part[]}} Source A capture.
+ * @typedef {{name: string, parts: Part[], problem?: number | null}} Source A capture; the problem that it opens on.
  */
 
 /** An error of a request; `kind` is the class of the worker's error. */
@@ -106,10 +106,11 @@ function embeddedSources() {
   /** @type {Map<number, Source>} */
   const found = new Map();
   for (const one of document.querySelectorAll("script.capture")) {
-    const { recording, name, format, damage } = JSON.parse(one.getAttribute("data-about") ?? "{}");
+    const { recording, name, format, damage, problem } = JSON.parse(one.nextElementSibling?.textContent ?? "{}");
     const bytes = Uint8Array.from(atob(one.textContent ?? ""), (char) => char.charCodeAt(0));
     const read = async (/** @type {number} */ at, /** @type {number} */ length) => bytes.slice(at, at + length).buffer;
-    const source = found.get(recording) ?? { name: "", parts: [] };
+    /** @type {Source} */
+    const source = found.get(recording) ?? { name: "", parts: [], problem };
     source.parts.push({ name, size: bytes.length, format, damage, read });
     source.name = source.parts.map((part) => part.name).join(", ");
     found.set(recording, source);

@@ -143,7 +143,7 @@ function showOpened() {
   showTabs();
   show("problems");
   element("filter").querySelector("output").textContent = say("html.frames", { count: opened.count });
-  problems.begin();
+  problems.begin(link.source?.problem ?? 0);
 }
 
 function showTabs() {

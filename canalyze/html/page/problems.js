@@ -86,10 +86,11 @@ class ProblemList {
     this.chosen = 0;
   }
 
-  /** Opens on the most important problem. */
-  begin() {
-    const [first] = this.diagnosis?.listed ?? [];
-    if (first && first.one.status !== "harmless" && first.one.begin?.frame) this.open(first.one, first.one.begin.frame);
+  /** Opens on a problem, without one on the most important. @param {number} id */
+  begin(id) {
+    const [first] = this.diagnosis?.listed.filter(({ one }) => one.status !== "harmless") ?? [];
+    const one = this.diagnosis?.byId.get(id) ?? first?.one;
+    if (one?.begin?.frame) this.open(one, one.begin.frame);
   }
 
   /** @param {Diagnosis} diagnosis */
