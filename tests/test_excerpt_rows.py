@@ -170,6 +170,24 @@ def test_rows_of_other_programs_are_read(canalyze: Runner, tmp_path: Path, form:
     assert frames_of(canalyze, one) == session()[:1]
 
 
+@pytest.mark.parametrize("inline", [False, True])
+def test_messages_that_ros_prints_are_read(canalyze: Runner, tmp_path: Path, inline: bool) -> None:
+    text = "$ ros2 topic echo /from_can_bus\n"
+    for at, ident, data in session():
+        padded = [*data, *[0] * (8 - len(data))]
+        listed = f" {padded}\n" if inline else "\n" + "".join(f"- {byte}\n" for byte in padded)
+        text += (
+            f"header:\n  stamp:\n    sec: 1700000000\n    nanosec: {at * 1_000_000}\n  frame_id: can1\nid: {ident}\n"
+            f"is_rtr: false\nis_extended: false\nis_error: false\ndlc: {len(data)}\ndata:{listed}---\n"
+        )
+    (tmp_path / "echo.yaml").write_text(text)
+    result = canalyze("decode", "--lang", "en", "echo.yaml")
+    assert (result.code, result.err) == (0, "")
+    first = result.lines[0]
+    assert first.startswith("(1700000000.005000000)  can1  60A   [8]  40 00 10 00 00 00 00 00  # SDO request"), first
+    assert len([line for line in result.lines if line.startswith("(")]) == len(session())
+
+
 def test_a_damaged_file_is_not_called_whole(canalyze: Runner, tmp_path: Path) -> None:
     packet = bytes.fromhex("0000060108000000") + bytes(8)
     record = struct.pack("<IIII", 1, 0, 16, 16) + packet

@@ -7,6 +7,7 @@
 //! damage; a line that looks like a row and does not fit is unreadable.
 
 mod columns;
+mod echoed;
 mod layout;
 mod learnt;
 mod marked;
@@ -21,6 +22,7 @@ use std::borrow::Cow;
 
 use self::columns::Column::{self, Id, Other, Time};
 use self::columns::{SECOND, Separator};
+use self::echoed::Echoed;
 use self::layout::{RowLayout, heading};
 use self::learnt::{guess, learn};
 use self::marked::self_describing;
@@ -56,6 +58,7 @@ pub struct Rows {
     regular: bool,
     /// The begin of an object that is spread over several lines.
     object: Vec<u8>,
+    echoed: Echoed,
     clock: AdapterClock,
     gaps: Gaps,
     /// The last line that was a row, or meant as one.
@@ -132,6 +135,7 @@ impl Rows {
             self.open_line = self.lines;
             self.line(&last, buses, sink);
         }
+        self.end_echoed(buses, sink);
         self.decide(false, buses, sink);
         // A last line without its end begins like a row.
         let begun = last.first().is_some_and(u8::is_ascii_digit) && self.learnt;
@@ -167,6 +171,14 @@ impl Rows {
         for part in parts(text) {
             let plain = plain(part);
             let mut text = plain.trim_ascii();
+            if self.echoed.take(text) {
+                continue;
+            }
+            self.end_echoed(buses, sink);
+            if Echoed::begins(text) {
+                self.echoed.begin();
+                continue;
+            }
             let object;
             // A line with an open brace begins an object, until a row is in it.
             let braced = text.ends_with(b"{") || text.starts_with(b"{") && pairs::is_open(text);
@@ -184,6 +196,12 @@ impl Rows {
             for row in objects::rows(text) {
                 self.part(row, buses, sink);
             }
+        }
+    }
+
+    fn end_echoed(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if let Some(row) = self.echoed.end() {
+            self.part(&row, buses, sink);
         }
     }
 
@@ -366,12 +384,12 @@ fn is_row_alone(text: &[u8], alone: bool) -> bool {
                 || prose::guess(text, false).is_some_and(|found| shows(&found)))
 }
 
-/// Returns true if a text has an object of several lines that is a row.
+/// Returns true if a text has an object, or a printed message, of several lines that is a row.
 pub(in crate::bytes::readers) fn has_object(text: &[u8]) -> bool {
     let mut found = false;
     let braces = text.split(|byte| *byte == b'\n').any(|line| {
         let line = line.trim_ascii();
-        line.ends_with(b"{") || line.starts_with(b"{") && pairs::is_open(line)
+        Echoed::begins(line) || line.ends_with(b"{") || line.starts_with(b"{") && pairs::is_open(line)
     });
     if braces {
         let (mut rows, mut buses) = (Rows::default(), Buses::default());
