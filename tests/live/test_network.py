@@ -40,7 +40,7 @@ def test_a_session_as_it_happened(name: str, tmp_path: Path) -> None:
     """Where the recorder itself saw periods that were not kept, the nodes were late, and may be reported as that."""
     recorder = [sys.executable, "-c", RECORDER, "--into", str(tmp_path), "--stalled", name]
     for _ in range(ATTEMPTS):
-        done = subprocess.run(recorder, capture_output=True, text=True, check=False, timeout=120, cwd=TESTS)
+        done = subprocess.run(recorder, capture_output=True, text=True, check=False, timeout=120, cwd=TESTS / "record")
         if done.returncode == 0:
             break
     assert done.returncode == 0, done.stdout + done.stderr

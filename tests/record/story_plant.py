@@ -41,9 +41,9 @@ from story_wire import INTERFACE, Socket, Wire
 START, STOP, PRE_OP, RESET_NODE, RESET_COMMUNICATION = 0x01, 0x02, 0x80, 0x81, 0x82
 CONTROLLER = 127
 STACK = (
-    "nodes of tests/story_nodes.py (python-canopen 2.4.1 for dictionary and SDO server, the rest after CiA 301/402); "
-    "controller: python-canopen 2.4.1 + python-can 4.6.1; vcan behind an arbiter by identifier at {rate} kbit/s; "
-    "recorder: candump -L (can-utils)"
+    "nodes of tests/record/story_nodes.py (python-canopen 2.4.1 for dictionary and SDO server, the rest after CiA "
+    "301/402); controller: python-canopen 2.4.1 + python-can 4.6.1; vcan behind an arbiter by identifier at {rate} "
+    "kbit/s; recorder: candump -L (can-utils)"
 )
 LONGEST_STALL_S = 0.12
 """A recording in which the machine stood still longer is thrown away."""

@@ -1,7 +1,7 @@
 """What a fleet costs beside the work itself, and what a second worker brings.
 
-    python tests/bench_fleet.py [--captures 200] [--frames 100000] [--on dask]
-    python tests/bench_fleet.py --grid [--store] [--on dask]
+    python tests/bench/bench_fleet.py [--captures 200] [--frames 100000] [--on dask]
+    python tests/bench/bench_fleet.py --grid [--store] [--on dask]
 
 The second one shows how it grows: 1, 10, 100 and 1,000 captures by one worker and by two, from a folder or from a
 server of S3 on this machine. In the first one captures of ten lines show what a capture costs beside its work: the same

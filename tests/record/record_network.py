@@ -1,6 +1,6 @@
 """Records clean sessions of whole networks with candump, and writes beside each what happened in it.
 
-    python tests/record_network.py [--into DIRECTORY] [--stalled] [NAME]...
+    python tests/record/record_network.py [--into DIRECTORY] [--stalled] [NAME]...
 
 Needs Linux with an interface vcan0 that is up, candump of can-utils, and the packages canopen and python-can. The
 nodes are those of `network_nodes.py`, built from the dictionaries of eds/ and from the small one here; the master is
@@ -47,7 +47,7 @@ from network_nodes import (
 )
 from network_truth import describe, stalls
 
-TARGET = Path(__file__).resolve().parent.parent / "samples" / "network"
+TARGET = Path(__file__).resolve().parents[2] / "samples" / "network"
 ATTEMPTS = 8
 PATIENCE_S = 10.0
 """For an answer to an SDO request; python-canopen's 0.3 s are over where a machine stalls."""

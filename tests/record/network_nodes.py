@@ -22,7 +22,7 @@ from typing import Any
 import can
 import canopen
 
-EDS = Path(__file__).resolve().parent.parent / "eds"
+EDS = Path(__file__).resolve().parents[2] / "eds"
 INTERFACE = "vcan0"
 BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F
 STATE_OF_COMMAND = {0x01: OPERATIONAL, 0x02: STOPPED, 0x80: PRE_OPERATIONAL}

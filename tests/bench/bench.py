@@ -1,6 +1,6 @@
 """Speed, memory and start-up of canalyze beside other programs on the same capture, in one run.
 
-    python tests/bench.py [--frames 1000000] [--repeat 3] [--directory DIR] [--only WHICH]
+    python tests/bench/bench.py [--frames 1000000] [--repeat 3] [--directory DIR] [--only WHICH]
 
 Makes (once; kept in DIR, by default below the system's temporary directory) a capture in `candump -l` form that is
 the same on every machine: eight drives as `eds/drive.eds` presets them, SYNC every 10 ms, 88 % PDO, 7.6 % SDO
@@ -38,9 +38,9 @@ from pathlib import Path
 import zstandard
 from bench_captures import MAKERS, capture
 
-TESTS = Path(__file__).resolve().parent
-DRIVE = TESTS.parent / "eds" / "drive.eds"
-SAMPLE = TESTS.parent / "samples" / "zephyr-sdo.log"
+ROOT = Path(__file__).resolve().parents[2]
+DRIVE = ROOT / "eds" / "drive.eds"
+SAMPLE = ROOT / "samples" / "zephyr-sdo.log"
 
 
 @dataclass(frozen=True, slots=True)

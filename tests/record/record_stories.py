@@ -1,6 +1,6 @@
 """Records stories: networks in which something really goes wrong, with the truth beside each.
 
-    python tests/record_stories.py [--into DIRECTORY] [NAME]...
+    python tests/record/record_stories.py [--into DIRECTORY] [NAME]...
 
 Needs Linux with an interface vcan0 that is up, candump of can-utils in PATH, and the packages canopen and python-can.
 DIRECTORY (default: samples/stories) gets NAME.log (`candump -L`) and NAME.json, the truth. A recording during which
@@ -25,7 +25,7 @@ import stories_of_services
 from story_log import Log, MissingFrame
 from story_plant import Plant, Tale
 
-TARGET = Path(__file__).resolve().parent.parent / "samples" / "stories"
+TARGET = Path(__file__).resolve().parents[2] / "samples" / "stories"
 ATTEMPTS = 5
 SETTINGS: dict[str, dict[str, int]] = {
     "t20-recorder-stall": {"buffer_bytes": 12_000},

@@ -135,7 +135,7 @@ def describe(name: str, text: str, sent: Sent, session: Recorded) -> tuple[str, 
         "interfaces": [bus],
         "frames": len(rows),
         "seconds": round(rows[-1][0] - rows[0][0], 6),
-        "stack": "python-canopen 2.4 dictionaries, SDO servers and master; nodes of tests/network_nodes.py",
+        "stack": "python-canopen 2.4 dictionaries, SDO servers and master; nodes of tests/record/network_nodes.py",
         "nodes": [{"bus": bus, "node": node, "role": "slave", "eds": eds} for node, eds in session.files.items()],
     }
     return _written(head | truth | {"natural": []}), missed

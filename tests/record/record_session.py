@@ -1,6 +1,6 @@
 """Records one session of python-canopen with candump, in many of its option combinations at once.
 
-    python tests/record_session.py [DIRECTORY]
+    python tests/record/record_session.py [DIRECTORY]
 
 Needs Linux with an interface vcan0 that is up (`ip link add dev vcan0 type vcan && ip link set vcan0 up`), candump
 of can-utils, and the packages canopen and python-can. Everything runs in one process: a python-canopen LocalNode
@@ -326,7 +326,7 @@ def start_candumps(directory: Path) -> dict[str, subprocess.Popen[bytes]]:
 
 def main() -> None:
     """Records into the directory of the command line."""
-    target = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parent.parent / "samples" / "recorded"
+    target = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parents[2] / "samples" / "recorded"
     target.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
         running = start_candumps(Path(scratch))
