@@ -24,7 +24,7 @@ MAY_USE: dict[str, set[str]] = {
     "finding": {"values"},
     "problem": {"values"},
     "sources.compression": set(),
-    "pages": set(),
+    "pages": {"_core"},
     "configuration.network": {"_core"},
     "errors": {"words"},
     "output.jsonl": set(),

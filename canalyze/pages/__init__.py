@@ -1,7 +1,8 @@
 """The pages for users, as data: `LANG/TOPIC.md`, for the web and for `canalyze help TOPIC`.
 
-Here stands which topics there are, in the order in which they are listed, and which command each is about. Must not:
-hold a sentence of its own, or lay anything out.
+Lists the topics in the order in which they are shown, with the commands that each is about. The page of columns is
+made from the core's schema (`columns.py`); its file is a copy for the web. Must not: hold a sentence of its own, or lay
+anything out.
 """
 
 from collections.abc import Mapping
@@ -48,6 +49,10 @@ def page(topic: str, lang: str) -> str:
         from importlib.metadata import metadata
 
         return metadata("canalyze")["Description"]
+    if topic == "columns":
+        from canalyze.pages import columns
+
+        return columns.page(lang)
     return (FOLDER / lang / f"{topic}.md").read_text(encoding="utf-8")
 
 

@@ -1,20 +1,18 @@
 """The page of columns: every table that the core builds, its columns with type and unit, and their meaning.
 
-All of it comes from the schema that the core hands out, where each record is declared with its documentation. Must not:
-hold words of its own beyond those around the tables.
+All of it comes from the schema of the core, where each record is declared with its documentation. Must not: hold words
+of its own beyond those around the tables.
 """
 
-from __future__ import annotations
-
 import json
-from typing import Any
+from typing import Any, Final
 
 from canalyze import _core
 
-UNITS = {"_ns": "ns", "_percent": "%", "_per_s": "1/s"}
-"""Units by the end of a name."""
+_UNITS: Final = {"_ns": "ns", "_percent": "%", "_per_s": "1/s"}
+"""Units by the suffix of a column's name."""
 
-HEAD = (
+_HEAD: Final = (
     '# 各表的列\n\n`canalyze.open(...).tables("frames", "transfers")` 按名称给出这些表'
     "（Arrow格式，可交给pyarrow、polars、pandas）；"
     "用法见[library](library.md)。列名和类型不随语言变化，也不会改名。时间列（`..._ns`）是以ns为单位的整数：有绝"
@@ -35,7 +33,7 @@ HEAD = (
     "is in seconds "
     "there, `*_us` in microseconds.\n",
 )
-PDO = (
+_PDO: Final = (
     "\n## pdo\n\n每个PDO的每种映射各有一张宽表，名称如 `pdo/can0/5.TPDO1/1`：一行是一个PDO，除下列各列外，每个信"
     "号一列（列名是信号名，"
     "单位等在该列的元数据中）。\n\n"
@@ -51,23 +49,23 @@ PDO = (
 
 
 def tables() -> list[dict[str, Any]]:
-    """Returns the records that are tables, as the schema has them."""
+    """Returns the records of the schema that are tables."""
     return [record for record in json.loads(_core.schema()) if record["table"]]
 
 
-def columns(lang: str) -> str:
-    """Returns the page."""
+def page(lang: str) -> str:
+    """Returns the page as markdown."""
     pick = 0 if lang == "zh" else 1
-    lines = [HEAD[pick]]
+    lines = [_HEAD[pick]]
     for record in tables():
         table = record["table"]
-        lines.append(PDO[pick] if table == "pdo" else f"\n## {table}\n\n{record[lang]}\n")
+        lines.append(_PDO[pick] if table == "pdo" else f"\n## {table}\n\n{record[lang]}\n")
         lines.append(
             ("\n| 列 | 类型 | 单位 | 含义 |\n", "\n| column | type | unit | meaning |\n")[pick] + "|---|---|---|---|\n"
         )
         for column in record["columns"]:
             if name := column["column"]:
-                unit = next((unit for end, unit in UNITS.items() if name.endswith(end)), "")
+                unit = next((unit for end, unit in _UNITS.items() if name.endswith(end)), "")
                 kind = column["arrow"] + (("，可空", ", optional")[pick] if column["nullable"] else "")
                 lines.append(f"| `{name}` | {kind} | {unit} | {column[lang]} |\n")
     return "".join(lines)
