@@ -9,9 +9,10 @@ What a block is, the words behind its fence tell:
     KIND FILE         the content of a file that later blocks use; where FILE is in samples/, it is that of the sample
     text, yaml, ...   anything else: not run
 
-    KIND FILE         the content of a file that later blocks use
     text samples/F:A-B  lines of a sample
-`test_pages.py` does.
+
+`test_pages.py` keeps the blocks of both languages alike, so what shows nothing runs for the English page alone; for the
+Chinese one only where a listing follows, which may need it.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import forked
 from captures import SAMPLES
 
 from canalyze import html
@@ -41,6 +43,8 @@ PAGES = [README, *sorted(path for lang in LANGUAGES for path in (FOLDER / lang).
 BUILT = html.WASM.exists() and os.environ.get("CANALYZE_WEB") != "later"
 """The core for the page is there, and is not being built at this moment."""
 _FENCE = re.compile(r"^```(\w+)?((?: [^\n]+)?)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+_SHELL = frozenset("|&;<>*?$`~{}()\\\n")
+"""Characters that a shell has to look at."""
 _DUCKDB = "import sys, duckdb; print(str(duckdb.sql(sys.stdin.read())).strip())"
 
 
@@ -160,28 +164,32 @@ def rewritten(page: Path) -> str:
         folder = Path(name)
         workspace(folder)
         done, at = "", 0
-        for block in blocks(text):
-            done, at = done + text[at : block.start] + _run(block, folder, lang), block.end
+        found = blocks(text)
+        listings = sum(block.kind == "console" for block in found)
+        for block in found:
+            listings -= block.kind == "console"
+            done, at = done + text[at : block.start] + _run(block, folder, lang, needed=listings > 0), block.end
         return done + text[at:]
 
 
-def _run(block: Block, folder: Path, lang: str) -> str:
-    """Run a block; give the text that belongs there."""
+def _run(block: Block, folder: Path, lang: str, *, needed: bool) -> str:
+    """Runs a block and returns the text that belongs there. `needed`: a listing follows."""
     if block.live or (block.writes_page and not BUILT):
         return block.text
+    skipped = lang == "zh" and (block.kind == "python" or not needed)
     if block.file is not None:
         if block.file.startswith("samples/"):
             name, first, last = re.split("[:-](?=[0-9]+(?:-|$))", block.file)
             lines = (ROOT / name).read_text(encoding="utf-8").splitlines(keepends=True)
             return "".join(lines[int(first) - 1 : int(last)])
         (folder / block.file).write_text(block.text, encoding="utf-8")
-    elif block.kind == "python":
+    elif block.kind == "python" and not skipped:
         _said([sys.executable, "-c", block.text], folder, lang)
-    elif block.kind == "sh":
+    elif block.kind == "sh" and not skipped:
         for line in block.commands():
-            _said(["bash", "-o", "pipefail", "-c", line], folder, lang)
+            _said(_command(line, "-o", "pipefail"), folder, lang)
     elif block.kind == "console":
-        return "".join(f"$ {line}\n{_said(['bash', '-c', line], folder, lang)}" for line in _console(block))
+        return "".join(f"$ {line}\n{_said(_command(line), folder, lang)}" for line in _console(block))
     return block.text
 
 
@@ -190,10 +198,20 @@ def _console(block: Block) -> list[str]:
     return re.findall(r"^\$ ((?:.*\\\n)*.*)$", block.text, re.MULTILINE)
 
 
+def _command(line: str, *options: str) -> list[str]:
+    """The program that runs a command line: canalyze itself, or a shell with these options where the line needs one."""
+    if line.startswith("canalyze ") and not _SHELL & set(line):
+        return shlex.split(line, comments=True)
+    return ["bash", *options, "-c", line]
+
+
 def _said(command: list[str], folder: Path, lang: str) -> str:
-    done = subprocess.run(
-        command, cwd=folder, env=environment(folder, lang), stdin=subprocess.DEVNULL, capture_output=True, check=False
-    )
+    env = environment(folder, lang)
+    if command[0] == "canalyze":
+        others = {name: value for name, value in env.items() if not name.startswith(forked.OF_PYTHON)}
+        done = forked.run(command[1:], cwd=folder, env=others | forked.of_python(os.environ), timeout_s=120)
+    else:
+        done = subprocess.run(command, cwd=folder, env=env, stdin=subprocess.DEVNULL, capture_output=True, check=False)
     if done.returncode not in ((0,) if command[-1].startswith("pytest") else (0, 1)):
         raise Failed(f"{command[-1]}\nends with {done.returncode}: {done.stderr.decode()}")
     if done.returncode == 1 and b"Traceback" in done.stderr:

@@ -67,6 +67,17 @@ def test_an_example_that_fails_is_noticed(example: str, tmp_path: Path) -> None:
         page_examples.rewritten(page)
 
 
+def test_what_a_listing_may_need_runs_in_both_languages(tmp_path: Path) -> None:
+    (tmp_path / "zh").mkdir()
+    page = tmp_path / "zh/page.md"
+    failing, listing = "```sh\ncanalyze decode missing.log\n```\n", "```console\n$ canalyze --version\n```\n"
+    page.write_text(listing + failing)
+    assert page_examples.rewritten(page).endswith(failing)
+    page.write_text(failing + listing)
+    with pytest.raises(page_examples.Failed):
+        page_examples.rewritten(page)
+
+
 def test_a_listing_that_is_old_is_noticed(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text("```console\n$ canalyze --version\nold\n```\n")
