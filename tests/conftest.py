@@ -10,6 +10,7 @@ from pathlib import Path
 
 import forked
 import pytest
+from captures import SAMPLES
 
 pytest_plugins = ["pytester"]
 pytest.register_assert_rewrite("reader_suite", "capture_frames")
@@ -105,6 +106,16 @@ def notes(tmp_path: Path) -> str:
     """Give the name of a small capture in the directory of the run."""
     (tmp_path / "notes.log").write_text(NOTES)
     return "notes.log"
+
+
+@pytest.fixture
+def set_of_captures(tmp_path: Path) -> Path:
+    """Returns a directory of captures: clean.log, toggle.log (SDO001, an error), sync.log (SYN003, a warning)."""
+    folder = tmp_path / "captures"
+    folder.mkdir()
+    for name, source in (("clean", "SDO001.clean"), ("toggle", "SDO001"), ("sync", "SYN003")):
+        (folder / f"{name}.log").write_bytes((SAMPLES / "rules" / f"{source}.log").read_bytes())
+    return folder
 
 
 def annotates(lines: Sequence[str], capture: str = NOTES) -> bool:
