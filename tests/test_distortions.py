@@ -1,10 +1,12 @@
-"""Clean sessions, distorted by their recording in every way and magnitude: nothing above info but what really happened.
+"""Clean sessions, distorted by their recording in every way and magnitude: nothing but what really happened is said.
 
     python tests/test_distortions.py [--write] [--show WORD]
 
-A cell is a session under a distortion of one magnitude, at several places. It fails on a finding above info that the
-session itself does not raise. Cells that fail today stand in `distortions.json` and are strict xfails: once one
-passes it has to leave the list, which `--write` does. `--show` lists what is said in the cells whose name has the word.
+A cell is a session under a distortion of one magnitude, at several places. It fails on a finding above info, or on a
+problem that is not harmless, that the session itself does not have: a problem may follow from frames where no check has
+found anything, so that a node is blamed for what the recording did. Cells that fail today are in `distortions.json` and
+`distorted_diagnosis.json`; a cell that passes has to leave its list, which `--write` does. `--show` prints what is said
+in the cells whose name has the word.
 What it must not do: hold an exception for what the program happens to say.
 """
 
@@ -13,9 +15,10 @@ from __future__ import annotations
 import json
 import sys
 from collections import Counter
-from collections.abc import Iterator
-from functools import cache
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache, lru_cache
 from itertools import product
+from pathlib import Path
 
 import pytest
 from captures import TESTS, Row, log_text, session_output
@@ -24,11 +27,11 @@ from distortions import DISTORTIONS, Distortion
 
 from canalyze import _core
 
-FAILING = TESTS / "distortions.json"
-"""Cells that fail today: for each distortion the sessions."""
-
 HAPPENED = {"EMC": "EMC007", "DRV": "DRV005"}
 """From these codes on a finding says that a node has raised an error, not that it reported it in a wrong way."""
+
+REPORTED = ("EMC007", "DRV005", "CAP")
+"""Findings that a node has reported an error, or that tell of the recording."""
 
 REFUSED = "SDO018"
 """A node has refused a write, and nothing made it good: the session `transfers` has one for each node."""
@@ -47,6 +50,13 @@ def findings(text: bytes, network: _core.Network | None, form: str = "log") -> l
     return [row for row in rows if row["severity"] != "info" and row.get("because_of") is None]
 
 
+def problems(text: bytes, form: str = "log") -> list[Row]:
+    """Returns the problems of a capture that are not harmless."""
+    output = session_output([text], name=f"capture.{form}", output_format="diagnosis", lang="en")
+    rows: list[Row] = [json.loads(line) for line in output.decode().splitlines()]
+    return [row for row in rows if row["kind"] == "problem" and row["status"] != "harmless"]
+
+
 def key(finding: Row) -> tuple[str, int | None]:
     return finding["code"], finding["node"]
 
@@ -58,89 +68,124 @@ def own_findings(name: str) -> tuple[list[Row], ...]:
     return tuple(findings(text, network) for network in beside(name))
 
 
-def alarms(name: str, distortion: Distortion) -> Iterator[tuple[str, Row]]:
-    """Findings that only the distortion raises, and where it was."""
-    raised = {frame.can_id - 0x80 for frame in sessions()[name].frames if 0x81 <= frame.can_id <= 0xFF}
-    for where, text in distortion.apply(sessions()[name]):
+def problem_key(problem: Row) -> tuple[str, object]:
+    return problem["problem"], problem["subject"].get("node")
+
+
+@cache
+def own_problems(name: str) -> frozenset[tuple[str, object]]:
+    return frozenset(map(problem_key, problems(log_text(sessions()[name].frames))))
+
+
+@lru_cache(maxsize=64)
+def distorted(name: str, distortion: Distortion) -> list[tuple[str, bytes]]:
+    """The captures of a cell: where it is distorted, and its text. Both judges look at them, one after the other."""
+    return list(distortion.apply(sessions()[name]))
+
+
+@cache
+def raising(name: str) -> set[int]:
+    """The nodes that send emergencies in a session."""
+    return {frame.can_id - 0x80 for frame in sessions()[name].frames if 0x81 <= frame.can_id <= 0xFF}
+
+
+def false_findings(name: str, distortion: Distortion) -> Iterator[tuple[str, str, str]]:
+    """Yields findings that only the distortion raises: where it was, the code, and all that is said."""
+    for where, text in distorted(name, distortion):
         for network, own in zip(beside(name), own_findings(name), strict=True):
             left = Counter(map(key, own))
             for finding in findings(text, network, distortion.form):
-                told = happened(finding) and finding["node"] in raised
+                told = happened(finding) and finding["node"] in raising(name)
                 if told or finding["code"].startswith(distortion.allowed or "-"):
                     continue
                 left[key(finding)] -= 1
                 if left[key(finding)] < 0:
-                    yield where, finding
+                    yield where, finding["code"], described(finding)
 
 
-def listed(found: Iterator[tuple[str, Row]], most: int = 12) -> str:
-    rows = list(found)
-    lines = [f"{where}: {f['code']} frame {f['frame']} cause {f['cause_frame']}: {f['message']}" for where, f in rows]
-    return "\n".join([f"{len(rows)} findings", *lines[:most]])
+def false_problems(name: str, distortion: Distortion) -> Iterator[tuple[str, str, str]]:
+    """Yields problems that only the distortion raises."""
+    for where, text in distorted(name, distortion):
+        for problem in problems(text, distortion.form):
+            codes = [cited["code"] for cited in problem["findings"]]
+            reported = bool(codes) and all(code.startswith(REPORTED + (distortion.allowed or ())) for code in codes)
+            node = problem["subject"].get("node")
+            sent = node in raising(name) and "EMC007" in codes
+            if problem_key(problem) not in own_problems(name) and not reported and not sent:
+                yield where, problem["problem"], f"{problem['status']}: {problem['message']}"
 
 
-def failing() -> dict[str, list[str]]:
+def described(finding: Row) -> str:
+    return f"frame {finding['frame']} cause {finding['cause_frame']}: {finding['message']}"
+
+
+JUDGES: dict[str, tuple[Path, Callable[[str, Distortion], Iterator[tuple[str, str, str]]]]] = {
+    "check": (TESTS / "distortions.json", false_findings),
+    "diagnose": (TESTS / "distorted_diagnosis.json", false_problems),
+}
+"""What may be false, with the list of cells that fail today: for each distortion the sessions."""
+
+
+def failing(judge: str) -> dict[str, list[str]]:
     """The cells that are known to fail."""
-    found: dict[str, list[str]] = json.loads(FAILING.read_text()) if FAILING.exists() else {}
+    found: dict[str, list[str]] = json.loads(JUDGES[judge][0].read_text())
     return found
 
 
-def cells() -> Iterator[tuple[str, Distortion]]:
-    """Every session with every distortion."""
-    return ((name, distortion) for distortion, name in product(DISTORTIONS, sessions()))
+def listed(found: Iterable[tuple[str, str, str]], most: int = 12) -> str:
+    rows = list(found)
+    return "\n".join([f"{len(rows)} in all", *(": ".join(row) for row in rows[:most])])
 
 
-def marked() -> Iterator[object]:
-    known = failing()
-    for name, distortion in cells():
-        fails = name in known.get(distortion.name, [])
-        marks = [pytest.mark.xfail(strict=True, reason="distortions.json")] if fails else []
-        yield pytest.param(name, distortion, id=f"{distortion.name}-{name}", marks=marks)
-
-
-@pytest.mark.parametrize(("name", "distortion"), list(marked()))
-def test_a_distortion_raises_nothing(name: str, distortion: Distortion) -> None:
-    found = list(alarms(name, distortion))
-    assert not found, listed(iter(found))
+@pytest.mark.parametrize("judge", JUDGES)
+@pytest.mark.parametrize("distortion", DISTORTIONS, ids=lambda distortion: distortion.name)
+def test_a_distortion_raises_nothing(judge: str, distortion: Distortion) -> None:
+    """The cells that fail are those of the list, neither more nor fewer."""
+    file, alarms = JUDGES[judge]
+    known = {*failing(judge).get(distortion.name, [])} & sessions().keys()
+    found = {name: list(alarms(name, distortion)) for name in sessions()}
+    false = {name: rows for name, rows in found.items() if rows}
+    further = "\n".join(f"{name}: {listed(rows)}" for name, rows in false.items() if name not in known)
+    assert not further, further
+    assert known == false.keys(), f"cells that pass have to leave {file.name}"
 
 
 @pytest.mark.parametrize("name", list(sessions()))
 def test_a_session_is_clean(name: str) -> None:
     """Its own findings are none but what a node has really reported."""
     own = [finding for findings in own_findings(name) for finding in findings]
-    wrong = [("as it is", it) for it in own if not happened(it) and it["code"] != REFUSED]
-    assert not wrong, listed(iter(wrong))
+    wrong = [("as it is", it["code"], described(it)) for it in own if not happened(it) and it["code"] != REFUSED]
+    assert not wrong, listed(wrong)
 
 
-def test_the_list_names_cells() -> None:
+@pytest.mark.parametrize("judge", JUDGES)
+def test_the_list_names_cells(judge: str) -> None:
     """A name that is no cell's would excuse nothing, and nobody would see it."""
-    known = {(name, distortion.name) for name, distortion in cells()}
-    assert {(name, row) for row, names in failing().items() for name in names} <= known
+    known = {distortion.name for distortion in DISTORTIONS}
+    for row, names in failing(judge).items():
+        assert row in known and {*names} <= sessions().keys(), row
 
 
 def main(arguments: list[str]) -> None:
     """Try every cell; count, show or write those that fail."""
-    word = arguments[arguments.index("--show") + 1] if "--show" in arguments else None
-    found: dict[str, list[str]] = {}
-    codes: dict[str, Counter[str]] = {}
-    total = Counter(distortion.kind for _, distortion in cells())
-    for name, distortion in cells():
-        if word is not None and word not in f"{distortion.name}-{name}":
-            continue
-        raised = list(alarms(name, distortion))
-        if raised:
-            found.setdefault(distortion.name, []).append(name)
-            codes.setdefault(distortion.name, Counter()).update(finding["code"] for _, finding in raised)
-        if raised and word is not None:
-            print(f"{distortion.name}, {name}: {listed(iter(raised))}")
-    for row, names in found.items():
-        said = ", ".join(f"{code} {count}" for code, count in codes[row].most_common(8))
-        print(f"{row}: {len(names)} sessions; {said}")
-    fails = Counter(d.kind for d in DISTORTIONS for name in found.get(d.name, []))
-    print("; ".join(f"{kind} {fails[kind]} of {count} cells fail" for kind, count in total.items()))
-    if "--write" in arguments:
-        rows = ",\n".join(f" {json.dumps(row)}: {json.dumps(sorted(names))}" for row, names in found.items())
-        FAILING.write_text(f"{{\n{rows}\n}}\n" if rows else "{}\n")
+    word = arguments[arguments.index("--show") + 1] if "--show" in arguments else ""
+    cells = [(d, name) for d, name in product(DISTORTIONS, sessions()) if word in f"{d.name}-{name}"]
+    for judge, (file, alarms) in JUDGES.items():
+        found: dict[str, list[str]] = {}
+        codes: dict[str, Counter[str]] = {}
+        for distortion, name in cells:
+            if raised := list(alarms(name, distortion)):
+                found.setdefault(distortion.name, []).append(name)
+                codes.setdefault(distortion.name, Counter()).update(code for _, code, _ in raised)
+                if word:
+                    print(f"{distortion.name}, {name}: {listed(raised)}")
+        for row, names in found.items():
+            said = ", ".join(f"{code} {count}" for code, count in codes[row].most_common(8))
+            print(f"{judge}: {row}: {len(names)} sessions; {said}")
+        print(f"{judge}: {sum(map(len, found.values()))} of {len(cells)} cells fail")
+        if "--write" in arguments and not word:
+            rows = ",\n".join(f" {json.dumps(row)}: {json.dumps(sorted(names))}" for row, names in found.items())
+            file.write_text(f"{{\n{rows}\n}}\n" if rows else "{}\n")
 
 
 if __name__ == "__main__":
