@@ -43,9 +43,17 @@ class CanFrame:
     t_us: int = 0
     extended: bool = False
     remote: bool = False
+    _line: str = field(init=False, repr=False, compare=False)
 
     def log_line(self) -> str:
-        """The frame as `candump -l` writes it."""
+        """The frame as `candump -l` writes it; kept, since the frames of clean sessions are written again and again."""
+        try:
+            return self._line
+        except AttributeError:
+            object.__setattr__(self, "_line", self._written())
+            return self._line
+
+    def _written(self) -> str:
         can_id = f"{self.can_id:08X}" if self.extended else f"{self.can_id:03X}"
         shown = "R" if self.remote else self.data.hex().upper()
         return f"({self.t_us // 1_000_000}.{self.t_us % 1_000_000:06d}) {self.bus} {can_id}#{shown}\n"

@@ -153,7 +153,7 @@ class ReaderSuite(ABC):
     """Frames come in the order of their stamps: the format promises no order of its own."""
     zero_ns: ClassVar[int] = 0
     """The first stamp of a capture from zero, where the writer does not take 0 itself."""
-    long: ClassVar[int] = 10_000
+    long: ClassVar[int] = 5_000
     """Frames of a long capture; fewer where the writer is slow."""
     piped: ClassVar[bool] = True
     """It can be read from a pipe as it comes (a database cannot: it is read when it is whole)."""

@@ -348,6 +348,7 @@ class TestSqlite(ReaderSuite):
     tolerance_ns = 1000
     long = 3000
     piped = False
+    tries = 10
 
     def write(self, frames: Sequence[Recorded], path: Path) -> None:
         other_writers.sqlite(frames, path)
