@@ -12,6 +12,8 @@ import forked
 import pytest
 from captures import SAMPLES
 
+from canalyze.sources.library import library
+
 pytest_plugins = ["pytester"]
 pytest.register_assert_rewrite("reader_suite", "capture_frames")
 
@@ -19,12 +21,15 @@ pytest.register_assert_rewrite("reader_suite", "capture_frames")
 def pytest_configure() -> None:
     """Lets what tests start be hung up, also where they run behind the terminal's back; hides the user's own file."""
     os.environ["XDG_CONFIG_HOME"] = os.devnull
+    if os.environ.get("CANALYZE_LIVE"):
+        library()  # else python-can loads what only MF4 needs, which takes a guest ten seconds
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
-def pytest_collection_finish() -> None:
-    """Spares every collection of garbage the look at some ten thousand tests, which are none."""
+@pytest.fixture(autouse=True, scope="module")
+def _kept_is_no_garbage() -> None:
+    """Spares every collection of garbage the look at the tests themselves, and at the captures that they keep."""
     gc.collect()
     gc.freeze()
 
