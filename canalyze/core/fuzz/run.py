@@ -68,7 +68,7 @@ def start(programs: Path, target: str, seconds: int) -> Ran:
     """Starts a target for so long."""
     FOUND.mkdir(exist_ok=True)
     log = FOUND / f"{target}.log"
-    command = [
+    command: list[str | Path] = [
         programs / target,
         *_FLAGS,
         f"-max_total_time={seconds}",
@@ -102,7 +102,7 @@ def keep(programs: Path, target: str) -> None:
     """Writes the smallest inputs that reach all edges which the corpus reaches, up to [`MOST_KEPT`] bytes."""
     smallest = CORPUS / f"{target}.smallest"
     smallest.mkdir(exist_ok=True)
-    command = [
+    command: list[str | Path] = [
         programs / target,
         "-set_cover_merge=1",
         "-use_counters=0",
