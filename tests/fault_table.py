@@ -50,6 +50,8 @@ from faults_of_data import (
     stamps_jump,
     until_client,
 )
+from faults_of_sdo import EPILOGUE, FAULTS, PROLOGUE
+from faults_of_sdo import Fault as SdoFault
 from faulty_captures import POSITIONS, Capture, Fault, Faulty, Make, quiet
 from network import PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE
 from plants import DRIVE, HEARTBEAT, IO, SYNC_PERIOD, Known, built
@@ -62,8 +64,6 @@ from sdo_wire import (
     segmented_download,
     segmented_upload,
 )
-from test_seeded_faults import EPILOGUE, FAULTS, PROLOGUE
-from test_seeded_faults import Fault as SdoFault
 
 TOLD: tuple[Known, ...] = ("written", "described")
 """What is judged against a configuration that traffic alone does not show."""
@@ -231,7 +231,7 @@ def unanswered_and_reset(known: Known, at: float) -> Faulty:
 
 
 def damaged(fault: SdoFault) -> Make:
-    """One of the damaged transfers of `test_seeded_faults`, between whole ones."""
+    """One of the damaged transfers of `faults_of_sdo.py`, between whole ones."""
 
     def make(known: Known, at: float) -> Faulty:
         capture, since = Capture(built("plant", known)), quiet(at)

@@ -14,9 +14,9 @@ from itertools import pairwise
 
 from captures import CanFrame, Row, log_text, session_output
 from clean_sessions import beside, recorded
+from faults_of_sdo import sdo_places
 from faulty_captures import Case, Faulty
 from network import PRE_OP, START, STOP
-from test_seeded_faults import sdo_places
 
 PLACES = 6
 """In each recording, at most."""

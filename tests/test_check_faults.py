@@ -1,6 +1,6 @@
 """`check` over a whole folder of captures, as CI runs it: sessions with one seeded fault each, and the clean ones.
 
-Every fault of the tables of `test_seeded_faults` and `test_network_faults` fails its capture by the finding that
+Every fault of the tables of `faults_of_sdo.py` and `faults_in_networks.py` fails its capture by the finding that
 `decode` raises there, at its frame, with the annotated line of that frame; no clean session fails. What it must not do:
 judge again which finding is right; those tables do.
 """
@@ -12,9 +12,9 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+import faults_in_networks as network
+import faults_of_sdo as seeded
 import pytest
-import test_network_faults as network
-import test_seeded_faults as seeded
 from captures import EDS, Analysis, CanFrame, Row, analyze, log_text, run_canalyze
 from network_sessions import SESSIONS
 

@@ -12,9 +12,9 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import faults_in_networks as of_network
+import faults_of_sdo as of_sdo
 import pytest
-import test_network_faults as of_network
-import test_seeded_faults as of_sdo
 from captures import SAMPLES, SHARED, CanFrame, Row, console_text, described_beside, log_text, read_log
 from comparing import Compared, compared, jittered, late_echoes, renamed
 from conftest import Runner
