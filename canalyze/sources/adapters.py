@@ -1,6 +1,6 @@
-"""What is known of the interfaces that python-can has: how each is made to listen only, and what each needs installed.
+"""Tables of python-can's interfaces: how each is made to listen only, and the packages each needs.
 
-Tables, checked against the installed python-can by a test. Must not: import that library, or open anything.
+Checked against the installed python-can by a test. Must not: import that library, or open anything.
 """
 
 from collections.abc import Mapping
@@ -16,22 +16,22 @@ LISTEN_ONLY: Final[Mapping[str, Mapping[str, object]]] = {
     "systec": {"state": "PASSIVE"},
     "vector": {"listen_only": True},
 }
-"""What keeps an adapter from acknowledging frames, and so from taking part in the bus. Others have no such switch."""
+"""Settings that keep an adapter from acknowledging frames. Other adapters have no such switch."""
 
 RATED: Final = frozenset({"etas", "gs_usb", "iscan", "ixxat", "neousys", "usb2can"})
-"""Those that acknowledge and have a bit rate of their own where none is given: a wrong one disturbs the bus."""
+"""Adapters that acknowledge and use a default bit rate where none is given; a wrong one disturbs the bus."""
 
 WIRELESS: Final = frozenset({"udp_multicast", "virtual"})
 """Interfaces without an adapter: there is nothing to acknowledge."""
 
 SOCKETCAN_ERRORS: Final = frozenset({"gs_usb", "socketcan", "socketcand", "udp_multicast", "virtual"})
-"""Interfaces whose error frames are as those of SocketCAN. Of others only that there was one is known."""
+"""Interfaces whose error frames have SocketCAN's layout. The content of others is ignored."""
 
 DATA_RATE: Final[Mapping[str, str]] = {"nixnet": "fd_bitrate"}
-"""What the bit rate of CAN FD data is called, where it is not `data_bitrate`."""
+"""Parameter names of the CAN FD data bit rate that differ from `data_bitrate`."""
 
 TIMED: Final[Mapping[str, int]] = {"pcan": 80_000_000, "slcan": 80_000_000}
-"""Interfaces that take the rates of CAN FD as bit timing only, with a clock that they have."""
+"""Interfaces that accept CAN FD rates only as bit timing, with their clock frequency in Hz."""
 
 PIP: Final[Mapping[str, str]] = {
     "canalystii": "python-can[canalystii]",
@@ -45,7 +45,7 @@ PIP: Final[Mapping[str, str]] = {
     "slcan": "python-can[serial]",
     "udp_multicast": "python-can[multicast]",
 }
-"""What pip has to install for an interface."""
+"""The pip requirement of each interface."""
 
 DRIVER: Final[Mapping[str, str]] = {
     "etas": "ETAS BOA (Windows)",
@@ -61,4 +61,4 @@ DRIVER: Final[Mapping[str, str]] = {
     "usb2can": "8devices usb2can.dll (Windows)",
     "vector": "Vector XL Driver Library (Windows)",
 }
-"""The maker's library that an interface needs, which pip does not install."""
+"""Vendor libraries that an interface needs and that pip does not install."""

@@ -1,8 +1,7 @@
-"""MF4 read in a process of its own: of a damaged file asammdf may bring the whole process down, and not only raise.
+"""Reads MF4 in a separate process, because asammdf may crash the process on a damaged file.
 
-The process that is asked runs this file's `main` in another one, and takes from it what its bridge gives, piece by
-piece: a tag, a size, and the piece. Where that process ends without a last piece, it was brought down. Must not: know
-a format.
+The parent runs this file's `main` in a child process and reads its output piece by piece: a tag, a size and the
+payload. If the child ends without a final piece, it has crashed. Must not: know a format.
 """
 
 import os
@@ -26,13 +25,13 @@ _START: Final = "import sys; sys.path[:] = sys.argv[2:]; from canalyze.sources.a
 
 
 class BroughtDown(Exception):
-    """The other process ended where it should not; its message says by what."""
+    """The child process crashed; the message is the name of the signal, or its exit code."""
 
 
 def pieces(path: Path, scratch: Path) -> Iterator[tuple[bytes, bytes]]:
-    """Give what the bridge in the other process gives of a file, each with its tag; BroughtDown where it breaks off.
+    """Yields the tagged pieces that the child process writes for a file. Raises BroughtDown if it crashes.
 
-    scratch: a directory for what that process puts down and may leave behind.
+    scratch: a directory for the temporary files of the child process.
     """
     # Not in this session: a Ctrl-C is for this process, which ends the other one.
     with subprocess.Popen(
@@ -62,7 +61,7 @@ def pieces(path: Path, scratch: Path) -> Iterator[tuple[bytes, bytes]]:
 
 
 def here(path: Path, _: Path | None = None) -> Iterator[tuple[bytes, bytes]]:
-    """Give the same as `pieces`, in this process."""
+    """Yields the same pieces as `pieces`, read in this process."""
     from canalyze.sources.file import Source
     from canalyze.sources.format import Opened
     from canalyze.sources.pythoncan import PythonCanCapture
@@ -88,7 +87,7 @@ def _problem(error: CanalyzeError) -> bytes:
 
 
 def main(name: str) -> None:
-    """Read a file and write the pieces to standard output, in a process that does nothing else."""
+    """Reads a file and writes the pieces to standard output; the entry point of the child process."""
     out = sys.stdout.buffer
     for tag, piece in here(Path(name)):
         out.write(_HEAD.pack(tag, len(piece)) + piece)

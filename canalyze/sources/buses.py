@@ -1,7 +1,7 @@
-"""A channel of any interface that python-can knows, as blocks of the live stream; listening only where it can.
+"""A channel of any python-can interface as blocks of the live stream, listen-only where the adapter can.
 
 Nothing is ever sent. Frames become the records of `packed`; stamps that are no dates are moved by one offset to the
-clock of this host. Must not: read files, or wait for whoever reads.
+clock of this host. Must not: read files, or wait for the reader.
 """
 
 import contextlib
@@ -22,33 +22,33 @@ if TYPE_CHECKING:
     from can import BusABC, Message
 
 _DATES: Final = 1e9
-"""Stamps from here on are dates, in seconds: the year 2001. Below, they count from some start of the adapter's."""
+"""Stamps from here on are dates, in seconds (the year 2001). Smaller ones count from a start of the adapter's own."""
 _MOST: Final = 1000
-"""Frames of a block at most."""
+"""Maximum number of frames in a block."""
 _LONGEST_S: Final = 0.02
-"""How long frames are gathered for one block at most."""
+"""Maximum time for which frames are gathered for one block."""
 _MARGIN_S: Final = 0.02
-"""How much later than any so far a frame may still come."""
+"""How much later than the latest so far a frame may still arrive."""
 _SILENT_S: Final = 0.1
-"""The same as long as none has come."""
+"""The same before the first frame."""
 _DRIFT: Final = 1e-4
-"""How far the clock of an adapter may go apart from the host's while no frame tells."""
+"""Maximum drift of an adapter's clock against the host's while no frame arrives."""
 _WINDOW_S: Final = 10.0
-"""For so long at least it counts how late a frame came."""
+"""Minimum time for which the delay of a frame is remembered."""
 _STEP_BACK_S: Final = 1.0
-"""An adapter whose stamps go back so far has begun anew."""
+"""A step back of the stamps by this much means that the adapter has restarted."""
 _TRIES: Final = 3
-"""Errors in a row after which an adapter is gone; fewer cost a frame each."""
+"""Number of consecutive errors after which an adapter is lost; fewer cost a frame each."""
 _RATES: Final = frozenset({"bitrate", "timing", "f_clock"})
-"""Settings that say the bit rate."""
+"""Settings that contain the bit rate."""
 _REMARKS: Final = 20
-"""Most lines of the library's that are passed on."""
+"""Maximum number of log lines of the library that are passed on."""
 _NAME: Final = 32
-"""Most characters of the name of a bus."""
+"""Maximum length of the name of a bus."""
 
 
 def names() -> list[str]:
-    """Give the names of all interfaces: the own one, and those of python-can with those of its plugins."""
+    """Returns the names of all interfaces: `socketcan`, and those of python-can with its plugins."""
     library()
     from can.interfaces import VALID_INTERFACES
 
@@ -56,17 +56,17 @@ def names() -> list[str]:
 
 
 def known(interface: str) -> bool:
-    """Tell whether there is an interface of that name."""
+    """Returns true if there is an interface of that name."""
     return interface in names()
 
 
 def near(interface: str) -> list[str]:
-    """Give names that may have been meant."""
+    """Returns interface names that are similar to an unknown one."""
     return get_close_matches(interface.lower().replace("-", "_"), names(), cutoff=0.6)
 
 
 def option(text: str) -> tuple[str, Any] | None:
-    """Read `key=value`, the value as python-can reads its configuration: a number, true, false, else text."""
+    """Parses `key=value`, with the value as python-can reads its configuration: a number, true, false, or text."""
     library()
     from can.util import cast_from_string
 
@@ -78,7 +78,7 @@ def option(text: str) -> tuple[str, Any] | None:
 
 
 def bus_name(channel: str) -> str:
-    """Give what a channel is called in a listing: its name, without the folder; channel 0 is can0."""
+    """Returns the name of a channel in listings: its name without the folder; channel 0 is can0."""
     if channel.isdecimal():
         return f"can{int(channel)}"
     name = channel.rstrip("/\\").replace("\\", "/").rpartition("/")[2]
@@ -87,7 +87,7 @@ def bus_name(channel: str) -> str:
 
 
 class PythonCan:
-    """One channel of an adapter: what `Live` drains (`live.Bus`)."""
+    """One channel of an adapter, as a `live.Bus`."""
 
     def __init__(
         self,
@@ -102,11 +102,11 @@ class PythonCan:
         name: str | None = None,
         patient: bool = False,
     ) -> None:
-        """Open it. `first` is the index of its bus in the stream; `name` what the bus is called.
+        """Opens the channel.
 
-        bitrate, data_bitrate: in bit/s. options: what python-can is told beside, by the names of its parameters.
-        patient: where it cannot be opened now, the first `receive` raises LinkLost, and `reopen` may do better.
-        SourceError for what is not installed and, unless patient, for what cannot be opened.
+        first: the index of its bus in the stream. name: the name of the bus. bitrate, data_bitrate: in bit/s. options:
+        further parameters of python-can. patient: if it cannot be opened now, the first `receive` raises LinkLost, and
+        `reopen` tries again. Raises SourceError if a package is missing and, unless patient, if it cannot be opened.
         """
         self.interface = interface
         self.names: Sequence[str] = (name or bus_name(channel),)
@@ -122,19 +122,19 @@ class PythonCan:
         logging.getLogger("can").addHandler(_HEARD)
         self._named = False
         self._first_message: Message | None = None
-        """What came when it was opened anew."""
+        """The first message after it was opened again."""
         self._open(patient=patient)
 
     @property
     def acknowledges(self) -> bool:
-        """Whether the adapter acknowledges frames as a node does, for want of a switch; what the user set is known."""
+        """True if the adapter acknowledges frames as a node does, because it cannot be switched to listen only."""
         switch = adapters.LISTEN_ONLY.get(self.interface, {"listen_only": True})
         return self.interface not in adapters.WIRELESS and switch.keys().isdisjoint(self._settings)
 
     def receive(self, timeout_s: float) -> bytes:
-        """Wait for frames at most so long; give what came, as blocks, with the time up to which all has come.
+        """Waits up to `timeout_s` for frames and returns them as blocks, with the time up to which all have come.
 
-        LinkLost when the adapter is gone.
+        Raises LinkLost if the adapter is gone.
         """
         if self._lost is not None:
             lost, self._lost = self._lost, None
@@ -166,12 +166,12 @@ class PythonCan:
         return b"".join(blocks)
 
     def remarks(self) -> list[CanalyzeError]:
-        """Give what python-can has said since the last call, for standard error."""
+        """Returns the log lines of python-can since the last call, for standard error."""
         lines = _HEARD.take()
         return [SourceError("bridge.said", name=self.names[0], problem=line) for line in lines]
 
     def reopen(self) -> bool:
-        """Try to open it anew, after LinkLost; False: not yet."""
+        """Tries to open the channel again after LinkLost; returns true on success."""
         self.close()
         with contextlib.suppress(SourceError, LinkLost):
             self._open(patient=False)
@@ -181,7 +181,7 @@ class PythonCan:
         return False
 
     def close(self) -> None:
-        """Close it; closing twice is harmless."""
+        """Closes the channel; closing twice is harmless."""
         bus, self._bus = self._bus, None
         if bus is not None:
             with contextlib.suppress(Exception):  # it may be gone
@@ -201,7 +201,7 @@ class PythonCan:
             raise lost
 
     def _refusal(self, error: Exception) -> SourceError:
-        """Say in one line what python-can has refused, and what to do."""
+        """Returns an error that names python-can's refusal and its remedy in one line."""
         from can import CanInterfaceNotImplementedError
 
         facts = {"name": self._channel, "interface": self.interface, "problem": _said(error)}
@@ -223,7 +223,7 @@ class PythonCan:
         return SourceError("bus.gone", name=self.names[0], interface=self.interface, problem=problem)
 
     def _next(self, timeout_s: float) -> tuple["Message | None", int]:
-        """Give the next frame if there is one, and how many were lost to errors before it."""
+        """Returns the next frame, or None, and the number of frames lost to errors before it."""
         if self._first_message is not None:
             message, self._first_message = self._first_message, None
             return message, 0
@@ -243,7 +243,7 @@ class PythonCan:
 def _settings(
     interface: str, bitrate: int | None, data_bitrate: int | None, options: dict[str, Any], *, fd: bool
 ) -> dict[str, Any]:
-    """Give what python-can is told of the interface; what the user says beside counts most."""
+    """Returns the parameters of python-can's bus; the user's own options override the others."""
     given: dict[str, Any] = dict(_listen_only(interface))
     if bitrate is not None:
         given["bitrate"] = bitrate
@@ -257,7 +257,10 @@ def _settings(
 
 
 def _listen_only(interface: str) -> Mapping[str, object]:
-    """Give what makes it listen only; of plugins and newer interfaces, where they have the usual name for it."""
+    """Returns the settings that make an interface listen only.
+
+    A plugin or a newer interface is inspected for a `listen_only` parameter.
+    """
     if interface in adapters.LISTEN_ONLY:
         return adapters.LISTEN_ONLY[interface]
     import importlib
@@ -288,26 +291,26 @@ def _timing(clock: int, bitrate: int, data_bitrate: int) -> Any:
 
 
 def _said(error: BaseException) -> str:
-    """Give an exception of the library in one line."""
+    """Returns an exception of the library in one line."""
     text = " ".join(str(error).split())[:200].rstrip(".")
     return text or type(error).__name__
 
 
 class _Clock:
-    """The stamps of one adapter beside the clock of this host."""
+    """The stamps of one adapter against the clock of this host."""
 
     def __init__(self) -> None:
         self._offset: float | None = None
         self._stamp = 0.0
         self._last = time.time()
-        """When a frame was received last."""
+        """The time at which the last frame was received."""
         self._late: float | None = None
-        """How late frames came, at most, in this window and the one before."""
+        """Maximum delay of the frames in this window and the one before."""
         self._later: float | None = None
         self._turn = 0.0
 
     def settled(self, message: "Message") -> "Message":
-        """Give the message with its stamp on the host's clock: the adapter's, or that of its receipt."""
+        """Returns the message with its stamp moved to the host's clock, or stamped on receipt if it has none."""
         now = self._last = time.time()
         stamp = message.timestamp
         if not stamp > 0:  # also what is no number
@@ -326,7 +329,7 @@ class _Clock:
         return message
 
     def until(self) -> int:
-        """Give the time in ns, on the clock of the stamps, before which no frame will come any more."""
+        """Returns the time in ns, on the clock of the stamps, before which no further frame will arrive."""
         now = time.time()
         if self._late is None or self._later is None:
             return round((now - _SILENT_S) * 1e9)
@@ -349,7 +352,7 @@ class _Heard(logging.Handler):
             self._new.append(line)
 
     def take(self) -> list[str]:
-        """Give what was said since the last call; the same line is given once."""
+        """Returns the lines since the last call; a repeated line is returned once."""
         self.acquire()  # as `emit` has it: channels have threads of their own
         try:
             new, self._new = self._new, []
@@ -359,4 +362,4 @@ class _Heard(logging.Handler):
 
 
 _HEARD: Final = _Heard()
-"""One for all channels: the library has one log."""
+"""Shared by all channels, because the library has one log."""

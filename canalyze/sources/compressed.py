@@ -14,78 +14,78 @@ from canalyze.sources.compression import COMPRESSIONS, HEAD, Decompressor, Gzip,
 PIECE: Final = 1 << 20
 """Most bytes that one `read` gives."""
 _TAKEN: Final = 1 << 12
-"""Bytes that a decompressor gets at once: what it says of damage among them costs what else it has made of them."""
+"""Number of bytes passed to a decompressor at once; damage among them costs all of their output."""
 _KEPT: Final = 1 << 16
-"""Bytes of a member that are kept, so that nothing that a small one holds before its damage is lost."""
+"""Bytes of a member that are kept, so that the sound part of a small damaged member is not lost."""
 
 
 class Damage(NamedTuple):
-    """A file that cannot be unpacked any further."""
+    """The point from which a file cannot be unpacked."""
 
     kind: str
     """One of the core's kinds of damage."""
     offset: int
-    """Where in the file as it is, in bytes."""
+    """The offset in the compressed file, in bytes."""
     lost: int | None
-    """Bytes of the file from there on; None where nothing follows."""
+    """Bytes of the file from there on; None if it ends there."""
     since: int | None = None
-    """Where the member begins of which all that was given may be wrong; None: all that was given is sound."""
+    """Where the member begins whose output may be wrong; None if all output is sound."""
 
 
 class Layer(Protocol):
-    """Something that gives bytes."""
+    """A source of bytes."""
 
     @property
     def damage(self) -> Damage | None:
-        """Why nothing comes any more, where it is the file's fault."""
+        """The damage of the file that ended the data, if any."""
         ...
 
     @property
     def begins(self) -> bool:
-        """Whether the bytes given last are the first that a new check sum covers."""
+        """True if the bytes returned last are the first that a new checksum covers."""
         ...
 
     def read(self) -> bytes:
-        """Give the next bytes, b"" at the end."""
+        """Returns the next bytes, b"" at the end."""
         ...
 
 
 class Unpacked:
-    """What is in a compressed file: all its members one after the other, as if they were one."""
+    """The content of a compressed file, with all its members joined."""
 
     def __init__(self, below: Layer, form: str) -> None:
         """`form` is one of COMPRESSIONS."""
         self.damage: Damage | None = None
         self.begins = False
         self.checked = True
-        """Whether every member so far has a check sum."""
+        """True if every member so far has a checksum."""
         self._below = below
         compression = COMPRESSIONS[form]
         self._new, self._signs = compression.decompressor, compression.signs
         self._has_sum = compression.checked
         self._member: Decompressor | None = None
         self._kept = b""
-        """What the member has got, while it is little."""
+        """The input of the current member, while it is small."""
         self._given = 0
-        """What it has given, in bytes."""
+        """Number of bytes that the member has produced."""
         self._head = b""
         """Its first bytes."""
         self._start = 0
-        """Where it begins in the file."""
+        """Its offset in the file."""
         self._held = b""
-        """What it has given from its beginning on, where that did not go out with what is of the members before it."""
+        """Output of the member that is returned by the next `read`, after that of the members before it."""
         self._first = True
         self._raw = b""
         self._at = 0
-        """Where `_raw` goes on."""
+        """The position in `_raw`."""
         self._offset = 0
         """Bytes of the file before `_raw`."""
         self._over = False
 
     def read(self) -> bytes:
-        """Give what the next bytes of the file hold, at most PIECE; b"" at the end, or where damage ends it.
+        """Returns up to PIECE bytes of the content; b"" at the end, or where damage ends it.
 
-        All of it is of members that are over, or all of the one that is not: what may be wrong is counted from there.
+        They are all of finished members, or all of the current one, so that `Damage.since` can name what may be wrong.
         """
         self.begins = bool(self._held) or self._member is None or not self._given
         over: list[bytes] = []
@@ -117,7 +117,7 @@ class Unpacked:
         return b"".join(pieces)
 
     def _begin(self) -> bool:
-        """Begin the next member; zeros before it are filling. False: there is none, or not yet."""
+        """Begins the next member, skipping zero padding; returns false if there is none, or not yet."""
         if not self._first:
             rest = self._raw[self._at :].lstrip(b"\0")
             self._at = len(self._raw) - len(rest)
@@ -163,13 +163,13 @@ class Unpacked:
         return piece
 
     def _look(self, data: bytes) -> None:
-        """Look at the first bytes of a member: whether it has a check sum."""
+        """Reads from the first bytes of a member if it has a checksum."""
         if len(self._head) < HEAD:
             self._head += data[: HEAD - len(self._head)]
             self.checked = self.checked and self._has_sum(self._head)
 
     def _again(self, member: Decompressor, data: bytes) -> tuple[tuple[Decompressor | None, bytes, int], int]:
-        """Give what is needed to unpack `data` again, should they be damaged, and how far back it begins."""
+        """Returns the state from which `data` can be unpacked again if it is damaged, and how far back it begins."""
         if isinstance(member, Gzip):
             return (Gzip(member), data, 0), len(data)
         if len(self._kept) > _KEPT:
@@ -178,7 +178,7 @@ class Unpacked:
         return (self._new(), self._kept, self._given), len(self._kept)
 
     def _damaged(self, kind: str, at: int, since: int | None = None) -> None:
-        """Nothing more can be unpacked: count what is left."""
+        """Records the damage and counts the bytes that are left."""
         lost = len(self._raw) - at
         while kind != "cut" and (more := self._below.read()):
             lost += len(more)
@@ -186,7 +186,7 @@ class Unpacked:
 
 
 def _bytewise(member: Decompressor | None, data: bytes, skipped: int) -> tuple[bytes, int]:
-    """Unpack damaged bytes one by one; give what they hold behind what is skipped, and how many are sound."""
+    """Unpacks damaged bytes one by one; returns the output after `skipped` bytes, and the number of sound bytes."""
     pieces, used = b"", 0
     try:
         while member and len(pieces) < PIECE and not member.eof and (used < len(data) or not member.needs_input):
@@ -201,7 +201,7 @@ def _bytewise(member: Decompressor | None, data: bytes, skipped: int) -> tuple[b
 
 
 class Transcoded:
-    """Text of another encoding, as UTF-8. What cannot be read becomes U+FFFD."""
+    """Text of another encoding as UTF-8; undecodable bytes become U+FFFD."""
 
     def __init__(self, below: Layer, encoding: str) -> None:
         """`encoding` is a name that Python knows."""
@@ -211,16 +211,16 @@ class Transcoded:
 
     @property
     def damage(self) -> Damage | None:
-        """What the layer below says."""
+        """The damage of the layer below."""
         return self._below.damage
 
     @property
     def begins(self) -> bool:
-        """What the layer below says: a character that a member's end cuts belongs to the next one."""
+        """The state of the layer below; a character that a member boundary splits belongs to the next member."""
         return self._below.begins
 
     def read(self) -> bytes:
-        """Give the next bytes, b"" at the end."""
+        """Returns the next bytes, b"" at the end."""
         text = ""
         while not text and not self._over:
             raw = self._below.read()

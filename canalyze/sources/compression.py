@@ -1,6 +1,6 @@
-"""What files are compressed with: one row a compression, for those that are read and those that are written.
+"""The compressions of files that are read and written, one row each.
 
-The modules behind it are imported when a file needs them. Must not: know what is in a file.
+Their modules are imported when a file needs them. Must not: know the content of a file.
 """
 
 import sys
@@ -10,72 +10,72 @@ from types import ModuleType
 from typing import Final, NamedTuple, Protocol
 
 HEAD: Final = 8
-"""Bytes at the beginning of a member that say all of it that is asked here."""
+"""Number of bytes at the beginning of a member that `checked` needs."""
 _ZSTD: Final = b"\x28\xb5\x2f\xfd"
 _DICTIONARY: Final = 1 << 28
-"""Most memory that an xz file may ask for, four times what its highest preset needs."""
+"""Maximum memory for an xz file, four times the need of its highest preset."""
 
 
 class Compressor(Protocol):
-    """One file on its way out, as the standard library has it."""
+    """One compressed file that is written, with the standard library's interface."""
 
     def compress(self, data: bytes, /) -> bytes:
-        """Take more; give what is ready of the file."""
+        """Compresses `data`; returns the output that is ready."""
         ...
 
     def flush(self) -> bytes:
-        """Give the rest."""
+        """Returns the remaining output."""
         ...
 
 
 class Decompressor(Protocol):
-    """One member, stream or frame, as the standard library has it for bz2 and xz."""
+    """One member, stream or frame, with the standard library's interface of bz2 and xz."""
 
     @property
     def eof(self) -> bool:
-        """Whether the member is over."""
+        """True if the member has ended."""
         ...
 
     @property
     def needs_input(self) -> bool:
-        """Whether there is nothing more to give of what it has got."""
+        """True if no more output is available without further input."""
         ...
 
     @property
     def unused_data(self) -> bytes:
-        """What came behind its end."""
+        """The bytes after the end of the member."""
         ...
 
     def decompress(self, data: bytes, max_length: int = -1) -> bytes:
-        """Take more; give at most so many bytes."""
+        """Decompresses `data`; returns at most `max_length` bytes."""
         ...
 
 
 class Gzip:
-    """One member of a gzip file, with the ways of the others."""
+    """One member of a gzip file, with the interface of the other decompressors."""
 
     def __init__(self, other: "Gzip | None" = None) -> None:
-        """At the beginning of a member, or where another one stands."""
+        """Begins a member, or copies the state of another decompressor."""
         self._inner: zlib._Decompress = other._inner.copy() if other else zlib.decompressobj(wbits=31)
         self._full: bool = other._full if other else False
 
     @property
     def eof(self) -> bool:
-        """Whether the member is over."""
+        """True if the member has ended."""
         return self._inner.eof
 
     @property
     def needs_input(self) -> bool:
-        """Whether there is nothing more to give of what it has got."""
+        """True if no more output is available without further input."""
         return not self._inner.unconsumed_tail and not self._full
 
     @property
     def unused_data(self) -> bytes:
-        """What came behind its end."""
+        """The bytes after the end of the member."""
         return self._inner.unused_data
 
     def decompress(self, data: bytes, max_length: int = -1) -> bytes:
-        """Take more; give at most so many bytes."""
+        """Decompresses `data`; returns at most `max_length` bytes."""
         unpacked = self._inner.decompress(self._inner.unconsumed_tail + data, max_length)
         self._full = len(unpacked) == max_length  # there may be more that needs no input
         return unpacked
@@ -106,12 +106,12 @@ def _always(_: bytes) -> bool:
 
 
 def _zstd_checked(head: bytes) -> bool:
-    """Tell it by the frame's descriptor; a skippable frame holds nothing that could be wrong."""
+    """Returns true if the frame's descriptor announces a checksum; a skippable frame has no content."""
     return not head.startswith(_ZSTD) or len(head) < 5 or bool(head[4] & 4)
 
 
 def _xz_checked(head: bytes) -> bool:
-    """Tell it by the stream's flags: 0 is no check."""
+    """Returns true if the stream's flags announce a check; 0 is none."""
     return len(head) < HEAD or head[7] & 0xF != 0
 
 
@@ -140,23 +140,23 @@ def _bzip2_compressor() -> Compressor:
 
 
 def errors() -> tuple[type[Exception], ...]:
-    """Give what the decompressors raise about what they read."""
+    """Returns the exceptions that the decompressors raise for bad input."""
     import lzma
 
     return (OSError, EOFError, ValueError, MemoryError, zlib.error, lzma.LZMAError, _zstd().ZstdError)
 
 
 class Compression(NamedTuple):
-    """One way to compress a file."""
+    """A compression of files."""
 
     suffix: str
-    """How the names of such files end."""
+    """The suffix of file names."""
     signs: tuple[bytes, ...]
-    """How its members, streams or frames begin."""
+    """The bytes with which members, streams or frames begin."""
     decompressor: Callable[[], Decompressor]
     compressor: Callable[[], Compressor]
     checked: Callable[[bytes], bool]
-    """By its first HEAD bytes: whether a member has a check sum."""
+    """Returns true if a member has a checksum, by its first HEAD bytes."""
 
 
 COMPRESSIONS: Final[dict[str, Compression]] = {
@@ -171,4 +171,4 @@ COMPRESSIONS: Final[dict[str, Compression]] = {
     "xz": Compression(".xz", (b"\xfd7zXZ\0",), _xz_decompressor, _xz_compressor, _xz_checked),
     "bzip2": Compression(".bz2", (b"BZh",), _bzip2_decompressor, _bzip2_compressor, _always),
 }
-"""By the name that the core's `sniff` has for it."""
+"""The compressions, by the core's names for them."""

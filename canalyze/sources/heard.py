@@ -1,4 +1,4 @@
-"""What python-can and asammdf log, warn of and print while they work: a line each, and nothing on the terminal.
+"""Collects what python-can and asammdf log, warn and print, as lines, and keeps it off the terminal.
 
 Must not: judge it, or write it anywhere.
 """
@@ -12,24 +12,24 @@ from types import TracebackType
 from typing import Final, Self
 
 _REMARKS: Final = 20
-"""Most lines of the libraries' that are passed on."""
+"""Maximum number of lines of the libraries that are passed on."""
 
 
 class Heard(logging.Handler):
-    """Keep what the libraries log, warn of and print, while they work, from the terminal; a context manager."""
+    """A context manager that collects the log, warnings and output of the libraries."""
 
     def __init__(self) -> None:
-        """Nothing was heard."""
+        """Starts with no lines."""
         super().__init__(logging.WARNING)
         self.errors = False
-        """Something was logged as an error."""
+        """True if an error was logged."""
         self._lines: dict[str, None] = {}
         self._stack = contextlib.ExitStack()
         self._printed = io.StringIO()
         self._total = 0
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keep what is logged."""
+        """Collects a log record."""
         # Of a line of text that cannot be read the core says more.
         if record.name != "can.io.trc":
             self._keep(record.getMessage())
@@ -42,12 +42,12 @@ class Heard(logging.Handler):
             self._lines[line] = None
 
     def take(self) -> list[str]:
-        """Give the lines since the last call, each once."""
+        """Returns the lines since the last call, without duplicates."""
         lines, self._lines = list(self._lines), {}
         return lines
 
     def __enter__(self) -> Self:
-        """Begin to listen."""
+        """Begins to collect."""
         for name in ("can", "asammdf"):
             logger = logging.getLogger(name)
             self._stack.callback(setattr, logger, "handlers", logger.handlers)
@@ -63,7 +63,7 @@ class Heard(logging.Handler):
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Let the libraries speak for themselves again."""
+        """Restores logging, warnings and output."""
         self._stack.close()
         for warning in self._caught:
             self._keep(str(warning.message))

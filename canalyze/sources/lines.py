@@ -1,8 +1,8 @@
-"""Lines of a text format for python-can's readers, one line at a time, so that one bad line costs only itself.
+"""Feeds lines of a text format to python-can's readers one at a time, so that a bad line costs only itself.
 
-A reader of that library reads lines from an open file, and an exception in one ends it. Here it gets the lines through
-`Lines`, which knows which line a message came from; behind one that raised, reading begins anew with the next. Must
-not: import python-can.
+A reader of that library reads lines from an open file, and an exception ends it. `Lines` takes the place of the
+file and knows the line that a message came from; after an exception, reading restarts with the next line.
+Must not: import python-can.
 """
 
 import re
@@ -11,27 +11,30 @@ from collections.abc import Callable, Iterator
 from typing import Final
 
 _LONGEST: Final = 64 << 10
-"""Longest line that is read; a longer one is none of these formats'."""
+"""Maximum length of a line; these formats have no longer ones."""
 _CONTROL: Final = re.compile(r"[\0-\x08\x0a-\x1f\x7f]")
-"""Bytes that no line of text has within it: a block of zeros, a newline that became something else."""
+"""Control characters that no text line contains, as in a block of zeros."""
 DAMAGED: Final = "\0"
-"""What is handed out in place of a line with such bytes: no reader takes it for one of its lines."""
+"""Replaces a line with such characters; no reader accepts it."""
 
 
 class Lines:
-    """Bytes in, whole lines out, to a reader that takes this for an open text file."""
+    """Bytes in, whole lines out; a reader takes this for an open text file."""
 
     def __init__(self, change: Callable[[str], str | None]) -> None:
-        """Change: what a line becomes before it is handed out; None leaves it out."""
+        """Creates an empty sequence of lines.
+
+        change: returns the text that replaces a line, or None to leave it out.
+        """
         self.number = 0
-        """Of the line that was handed out last, from 1; 0 before the first and for what no line of the file is."""
+        """The number of the last line from 1; 0 before the first, and for a line that is not from the file."""
         self.line = ""
         self.answered = True
-        """Something came of the last line."""
+        """True if the reader made something of the last line."""
         self.endless = 0
-        """The number of a last line that lacks its end, and may be cut."""
+        """The number of a last line without line end, which may be cut."""
         self.unanswered: Callable[[], None] = lambda: None
-        """Called when a further line is wanted, and nothing came of the last one."""
+        """Called if another line is wanted and the reader made nothing of the last one."""
         self._change = change
         self._lines: deque[tuple[int, str]] = deque()
         self._before: list[str] = []
@@ -40,7 +43,7 @@ class Lines:
         self._long = False
 
     def feed(self, data: bytes) -> None:
-        """Take the next bytes."""
+        """Appends bytes."""
         *whole, rest = (self._rest + data.decode("latin-1")).split("\n")
         if self._long and whole:
             whole[0], self._long = "\0", False
@@ -50,7 +53,7 @@ class Lines:
             self._rest, self._long = "", True
 
     def end(self) -> None:
-        """Take the end: a last line may lack its end."""
+        """Ends the input; a last line without line end is read as well."""
         if self._rest or self._long:
             self._add(["\0" if self._long else self._rest])
             self.endless = self._taken
@@ -68,16 +71,16 @@ class Lines:
         self._taken += len(lines)
 
     def begin(self, *lines: str) -> None:
-        """Have these handed out before what is there."""
+        """Inserts lines before the waiting ones."""
         self._before = [*lines]
 
     @property
     def waiting(self) -> bool:
-        """Whether a line of the file is there."""
+        """True if a line of the file is waiting."""
         return bool(self._lines)
 
     def __iter__(self) -> Iterator[str]:
-        """Give what is there; its end is the end of the file to whoever reads."""
+        """Yields the waiting lines; the reader sees their end as the end of the file."""
         lines = self._lines
         while True:
             if not self.answered:
@@ -92,19 +95,19 @@ class Lines:
             yield self.line
 
     def __next__(self) -> str:
-        """Give the next line alone."""
+        """Returns the next line."""
         return next(iter(self))
 
     def settle(self) -> None:
-        """Say of the last line that nothing came of it, if so."""
+        """Reports the last line if the reader made nothing of it."""
         if not self.answered:
             self.answered = True
             self.unanswered()
 
     def close(self) -> None:
-        """Do nothing: the reader closes what it has read to the end, and this is read on."""
+        """Does nothing, because a reader closes its file at the end and this one is read further."""
 
 
 def is_damaged(line: str) -> bool:
-    """Tell whether a line has bytes that no text has. Of a line that is printable it need not be asked."""
+    """Returns true if a line contains control characters. Printable lines need no check."""
     return _CONTROL.search(line) is not None

@@ -1,4 +1,4 @@
-"""Names of captures as they were given: patterns that no shell has expanded become the files that they name.
+"""Expands patterns and directories on the command line to the names of captures.
 
 Must not: open a file.
 """
@@ -20,22 +20,22 @@ CAPTURES: Final = frozenset(
         *(".sqlite", ".sqlite3", ".trc", ".txt"),
     }
 )
-"""How names of captures end."""
+"""Suffixes of capture files."""
 
 
 def unpacked(name: str) -> Path:
-    """Give the name that a capture has without its compression."""
+    """Returns the name of a capture without the suffix of its compression."""
     path = Path(name)
     return path.with_suffix("") if path.suffix.lower() in {one.suffix for one in COMPRESSIONS.values()} else path
 
 
 def named_as_capture(name: str) -> bool:
-    """Tell whether a file that nobody has named is to be taken for a capture."""
+    """Returns true if a file in a directory is a capture by its name."""
     return not Path(name).name.startswith(".") and unpacked(name).suffix.lower() in CAPTURES
 
 
 def below(folder: str) -> Iterator[str]:
-    """Iterate over the files below a folder that are named as captures are."""
+    """Yields the files below a folder that are captures by their names."""
     for inside, folders, files in os.walk(folder):
         folders[:] = sorted(one for one in folders if not one.startswith("."))
         yield from (os.path.join(inside, one) for one in sorted(files) if named_as_capture(one))  # noqa: PTH118
@@ -46,11 +46,11 @@ class Named(NamedTuple):
 
     name: str
     error: SourceError | None = None
-    """Why there is none of that name."""
+    """The reason if there is no such file."""
 
 
 def expanded(names: Iterable[str]) -> Iterator[Named]:
-    """Give every file once, in the order given, sorted those of a pattern or a directory; `**` enters directories."""
+    """Yields every file once, in the given order; those of a pattern or a directory sorted. `**` enters directories."""
     seen: set[str] = set()
     for name in names:
         if name == STDIN or not glob.has_magic(name) or os.path.lexists(name):

@@ -1,6 +1,6 @@
-"""What becomes of the bytes of a form that python-can reads in this process: records for the core.
+"""Converts the bytes of a form that python-can reads in this process to records for the core.
 
-Text goes to its reader line by line (`lines`). Must not: open a file, or say anything to a person.
+Text is passed to its reader line by line (`lines`). Must not: open a file, or report anything to the user.
 """
 
 import struct
@@ -18,58 +18,58 @@ if TYPE_CHECKING:
     from canalyze.sources.pythoncan import PythonCanCapture
 
 _COMMAS: Final = 6
-"""Of a row of python-can's table."""
+"""Number of commas in a row of python-can's table."""
 
 
 class Pieces(Protocol):
-    """What becomes of the bytes of one form."""
+    """A converter for the bytes of one form."""
 
     def feed(self, data: bytes) -> Iterator[bytes]:
-        """Take the next bytes; give records."""
+        """Appends bytes; yields records."""
 
     def end(self, *, broken: bool) -> Iterator[bytes]:
-        """Take the end of the file; give the rest. `broken`: it was unpacked only so far, reported elsewhere."""
+        """Ends the input; yields the remaining records. broken: the file could not be unpacked further."""
 
 
 def as_numbered(channel: object) -> str:
-    """Give the bus of a channel by its number as it stands."""
+    """Returns the bus name of a numbered channel."""
     return f"can{channel}" if isinstance(channel, int) else "can0"
 
 
 def only(_: object) -> str:
-    """Give the bus of a form that has no channels."""
+    """Returns the bus name of a form without channels."""
     return "can0"
 
 
 class Text:
-    """Lines through one of python-can's readers of text."""
+    """Lines for one of python-can's readers of text."""
 
     def __init__(self, capture: "PythonCanCapture", lines: Lines, packer: Packer) -> None:
-        """Read for a capture, which says what is wrong with it; `lines` as the library wants them."""
+        """Creates the converter for a capture; `lines` prepares its lines for the library."""
         self.lines = lines
         self.packer = packer
         self.capture = capture
         self.out: list[bytes] = []
-        """Records that are not given yet."""
+        """Records that have not been yielded yet."""
         lines.unanswered = self._unanswered
 
     def reader(self) -> "Iterator[Message]":
-        """Give a reader that goes on with the next line."""
+        """Returns a reader that continues with the next line."""
         raise NotImplementedError
 
     def feed(self, data: bytes) -> Iterator[bytes]:
-        """Take the next bytes; give records."""
+        """Appends bytes; yields records."""
         self.lines.feed(data)
         yield from self.drain()
 
     def end(self, *, broken: bool) -> Iterator[bytes]:
-        """Take the end of the file; give the rest."""
+        """Ends the input; yields the remaining records."""
         if not broken:
             self.lines.end()
         yield from self.drain()
 
     def drain(self) -> Iterator[bytes]:
-        """Read the lines that are there; one that the library cannot read costs only itself."""
+        """Reads the waiting lines; one that the library cannot read costs only itself."""
         lines, frame = self.lines, self.packer.frame
         out = self.out
         append = out.append
@@ -93,11 +93,11 @@ class Text:
         self.out.append(self.nothing())
 
     def nothing(self) -> bytes:
-        """Give the record of a line of which nothing came."""
+        """Returns the record of a line without a message."""
         return self._unreadable(packed.NO_FRAME)
 
     def _unreadable(self, reason: int) -> bytes:
-        """Say of the last line that it cannot be read; one without its end was cut."""
+        """Returns the record for the last line, which cannot be read; one without line end was cut."""
         number = self.lines.number
         return packed.unreadable(packed.CUT_LINE if number == self.lines.endless else reason, number)
 
@@ -106,7 +106,7 @@ class CsvText(Text):
     """python-can's own table."""
 
     def __init__(self, capture: "PythonCanCapture") -> None:
-        """Read for a capture."""
+        """Creates the converter for a capture."""
         super().__init__(capture, Lines(self._change), Packer(6, directed=False, bus=only))
         self._reader = library().CSVReader(cast("TextIO", self.lines))
 
@@ -117,6 +117,6 @@ class CsvText(Text):
         return None if line.startswith("timestamp,") and line.count(",") <= _COMMAS else line
 
     def reader(self) -> "Iterator[Message]":
-        """Give a reader that goes on with the next line."""
+        """Returns a reader that continues with the next line."""
         self.lines.begin("headings")
         return iter(self._reader)

@@ -1,8 +1,9 @@
-"""What python-can reads (MF4, CSV, SQLite), in batches of records for the core.
+"""Reads MF4, CSV and SQLite through python-can, in batches of records for the core.
 
-Only this file and `pieces` read by it. Its readers give one message at a time and were not made for damaged files. So
-they get text line by line (`lines`); what an exception ends is told as damage, what came before it stays, and what the
-library prints, logs or warns becomes one line each. Must not: decode a format itself beyond that.
+Only this module and `pieces` use its readers, which return one message at a time and are not made for damaged
+files. Text is therefore passed to them line by line (`lines`); an exception becomes damage, the frames before it
+are kept, and everything that the library prints, logs or warns becomes a remark. Must not: decode a format itself
+beyond that.
 
 | form | channel | direction | stamps |
 |---|---|---|---|
@@ -32,36 +33,35 @@ if TYPE_CHECKING:
     from canalyze.sources.format import Opened
 
 TITLES: Final = {"mf4": "MF4", "csv": "CSV", "sqlite": "SQLite"}
-"""How a form is called in a sentence."""
+"""The name of a form in a sentence."""
 _BATCH: Final = 4096
-"""Most frames that are joined at once."""
+"""Maximum number of frames joined at once."""
 _BYTES: Final = 128 << 10
-"""Bytes of a batch."""
+"""Size of a batch in bytes."""
 _TABLE: Final = "messages"
 """The table that python-can writes."""
 _COMMAS: Final = 6
-"""Of a row of python-can's table."""
+"""Number of commas in a row of python-can's table."""
 _REMARKS: Final = 20
-"""Most lines of the library's that are passed on."""
+"""Maximum number of remarks of the library that are passed on."""
 
 
 class PythonCanCapture:
-    """An open input that python-can reads; a context manager with the face of `format.Capture`."""
+    """An open input that python-can reads; a context manager with the interface of `format.Capture`."""
 
     format: Final = "packed"
 
     def __init__(
         self, source: "Opened", head: bytes, form: str, *, trusting: bool = False, asked: bool = False
     ) -> None:
-        """Take over the source; `head` is what was read of it already, `form` one of TITLES.
+        """Takes ownership of the source; `head` was read from it already, `form` is one of TITLES.
 
-        trusting: in this process whatever the form, though the file may bring it down. asked: the user says that it has
-        this form. SourceError if what the form
-        needs is not installed.
+        trusting: read in this process, though the file may crash it. asked: the user has given the form. Raises
+        SourceError if a package that the form needs is not installed.
         """
         self.name = source.name
         self.compression = source.compression
-        """gzip, xz, bzip2 or zstd, if it is compressed."""
+        """gzip, xz, bzip2 or zstd; None if it is not compressed."""
         self.regular = source.regular
         self._source = source
         self._form = form
@@ -71,13 +71,13 @@ class PythonCanCapture:
         self._apart = form == "mf4" and not trusting
         self._records = self._batches(head)
         self._first = self._begun = False
-        """The records given last were the first; some were given."""
+        """True if the records returned last were the first, and true if any were returned."""
         if form == "mf4" and not has_asammdf():
             raise SourceError("bridge.mf4", name=self.name, line="pip install 'canalyze[mf4]'")
 
     @property
     def taken(self) -> int:
-        """Bytes of the file behind it that have been read: what progress counts."""
+        """Number of bytes of the underlying file that have been read, for the progress display."""
         return self._source.taken
 
     @property
@@ -87,17 +87,17 @@ class PythonCanCapture:
 
     @property
     def damage(self) -> "Damaged | None":
-        """Why the file could be unpacked no further; known when nothing comes any more."""
+        """The damage that ended the data, if any; known at the end."""
         return self._source.damage
 
     @property
     def begins(self) -> bool:
-        """Whether the records given last begin under a check sum: of rows read ahead only the first can be told."""
+        """True if the records returned last begin under a checksum; known only for the first ones."""
         return self._first and self.compression is not None
 
     @property
     def checked(self) -> bool | None:
-        """Whether all that was unpacked so far has a check sum; None: nothing is."""
+        """True if everything unpacked so far has a checksum; None if the file is not compressed."""
         return self._source.checked
 
     @property
@@ -105,7 +105,7 @@ class PythonCanCapture:
         return self._source.damage is not None
 
     def read(self) -> bytes:
-        """Give the next records, b"" at the end; SourceError if the system refuses or nothing can be read."""
+        """Returns the next records, b"" at the end. Raises SourceError if the file cannot be read."""
         with self._heard:
             batch = next(self._records, b"")
         self._first, self._begun = not self._begun, True
@@ -114,20 +114,20 @@ class PythonCanCapture:
         return batch
 
     def rests(self) -> bool:
-        """Tell whether nothing more comes at the moment: python-can reads what is there at once."""
+        """Returns false; python-can reads everything at once."""
         return False
 
     def remarks(self) -> list[CanalyzeError]:
-        """Give what is to be told of the file since the last call, for standard error."""
+        """Returns the remarks on the file since the last call, for standard error."""
         remarks, self._remarks = self._remarks, []
         return remarks
 
     def __enter__(self) -> Self:
-        """Give the capture itself."""
+        """Returns the capture."""
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Close it."""
+        """Closes the capture."""
         self._records.close()
         self._source.close()
 
@@ -148,7 +148,7 @@ class PythonCanCapture:
         yield from _batched(pieces.end(broken=self._broken))
 
     def _from_path(self, head: bytes) -> Iterator[bytes]:
-        """Read what its reader opens by name: the file itself, or what was in it put down elsewhere."""
+        """Reads through a reader that opens by name: the file itself, or its unpacked content in a temporary file."""
         with tempfile.TemporaryDirectory(prefix="canalyze-") as directory:
             path = self._source.path
             copy = None
@@ -231,12 +231,12 @@ class PythonCanCapture:
             yield packed.damage(packed.STRUCTURE, 0)
 
     def remark(self, problem: str) -> None:
-        """Have something told that was wrong with the file."""
+        """Appends a remark on the file."""
         if len(self._remarks) < _REMARKS:
             self._remarks.append(SourceError("bridge.said", name=self.name, problem=problem))
 
     def refused(self, problem: str) -> SourceError:
-        """Give the error of a file that cannot be read at all."""
+        """Returns the error for a file that cannot be read at all."""
         said: dict[str, str] = {"name": self.name, "form": TITLES[self._form], "problem": problem}
         if self._asked:
             from canalyze.sources.format import input_formats
@@ -246,7 +246,7 @@ class PythonCanCapture:
 
 
 def _batched(records: Iterator[bytes]) -> Iterator[bytes]:
-    """Join records to batches; what was there before an error comes before it."""
+    """Joins records to batches; records before an error are yielded before it is raised."""
     batch: list[bytes] = []
     size = 0
     stopped: SourceError | None = None
@@ -266,6 +266,6 @@ def _batched(records: Iterator[bytes]) -> Iterator[bytes]:
 
 
 def _said(error: BaseException) -> str:
-    """Give an exception of the library in one line."""
+    """Returns an exception of the library in one line."""
     text = " ".join(str(error).split())[:200]
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
