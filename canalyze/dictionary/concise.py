@@ -1,7 +1,7 @@
 """Concise DCF (object 1F22h, CiA 302-3): values in the order in which a configuration manager writes them to a device.
 
-The number of entries (4 bytes), then of each entry index (2), sub-index (1), size (4) and data, the least byte first.
-Here it is written; the core reads it. Must not: know where the values come from, or which of them are worth keeping.
+The number of entries (4 bytes), then for each entry index (2), sub-index (1), size (4) and data, little-endian.
+This module writes it; the core reads it. Must not: know the source of the values, or select them.
 """
 
 import struct
@@ -14,24 +14,24 @@ _COUNT: Final = struct.Struct("<I")
 _ENTRY: Final = struct.Struct("<HBI")
 _PDOS: Final = range(0x1400, 0x1C00)
 _MAPPING: Final = 0x200
-"""Bit of the index by which the mapping parameter of a PDO differs from its communication parameter."""
+"""The index bit in which the mapping parameter of a PDO differs from its communication parameter."""
 _INVALID: Final = 0x80
-"""Bit 31 of a COB-ID, in its last byte: it is not in use."""
+"""Bit 31 of a COB-ID, in its last byte: not in use."""
 
 
 def concise(values: Mapping[Address, bytes]) -> bytes:
-    """Put values into a concise DCF; values: in the order in which the device has accepted them.
+    """Returns a concise DCF; `values` are in the order in which the device accepted them.
 
-    A PDO is put together by the rules of CiA 301 (7.5.2.36, 7.5.2.38), at the place of its last value: it is disabled
-    by its COB-ID, the number of mapped objects is set to 0, and both get their values when all others have theirs. A
-    COB-ID that may not be changed while it is in use is taken out of use first.
+    A PDO is configured by the rules of CiA 301 (7.5.2.36, 7.5.2.38), at the place of its last value: its COB-ID
+    disables it, the number of mapped objects is set to 0, and both get their values after all others. A COB-ID that
+    may not be changed while in use is disabled first.
     """
     written = list(_written(values))
     return _COUNT.pack(len(written)) + b"".join(_ENTRY.pack(*address, len(data)) + data for address, data in written)
 
 
 def _written(values: Mapping[Address, bytes]) -> Iterator[tuple[Address, bytes]]:
-    """Give everything that is to be written, in order."""
+    """Yields all values to write, in order."""
     pdos: dict[int, list[Address]] = {}
     for index, sub in values:
         if index in _PDOS:
@@ -47,7 +47,7 @@ def _written(values: Mapping[Address, bytes]) -> Iterator[tuple[Address, bytes]]
 
 
 def _pdo(communication: int, values: dict[Address, bytes]) -> Iterator[tuple[Address, bytes]]:
-    """Give what is to be written of one PDO."""
+    """Yields the values of one PDO."""
     cob_id, number = (communication, 1), (communication | _MAPPING, 0)
     last = {address: values.pop(address) for address in (number, cob_id) if address in values}
     first = {cob_id: _invalid(last[cob_id])} if cob_id in last else {}
@@ -64,5 +64,5 @@ def _invalid(cob_id: bytes) -> bytes:
 
 
 def _is_fixed_in_use(address: Address) -> bool:
-    """Tell whether an object holds a COB-ID, beside those of PDOs, that may not be changed while it is in use."""
+    """Returns true for a COB-ID, other than that of a PDO, that may not be changed while in use."""
     return address == (0x1014, 0) or (0x1201 <= address[0] <= 0x12FF and address[1] in (1, 2))

@@ -1,7 +1,6 @@
-"""Values that a device was configured with -> a DCF (CiA 306): a description with ParameterValue and a node-ID.
+"""Configured values of a device -> a DCF (CiA 306): a description with ParameterValue and a node-ID.
 
-The core puts lines beside those of the description. Must not: know where the values come from, or which of them are
-worth keeping.
+The core inserts the lines into the description. Must not: know the source of the values, or select them.
 """
 
 from collections.abc import Mapping
@@ -17,17 +16,17 @@ class Configured(NamedTuple):
 
     text: str
     values: int
-    """How many values stand in it."""
+    """Number of values in it."""
     left_out: tuple[Address, ...]
-    """Objects that the description does not have, or whose value it cannot hold."""
+    """Objects that are not in the description, or whose value it cannot hold."""
 
 
 def configured(
     description: bytes, name: str, values: Mapping[Address, bytes], node: int, keys: Mapping[str, str]
 ) -> Configured:
-    """Put values, as SDO transfers them, into a description that was read from `name`. SourceError where it is none.
+    """Inserts values, as SDO transfers them, into a description read from `name`. Raises SourceError for other files.
 
-    keys: of [FileInfo].
+    keys: entries of [FileInfo].
     """
     try:
         text, left_out = _core.configured(description, values, node, list(keys.items()))

@@ -1,8 +1,8 @@
-"""Configurations of devices, of two captures or descriptions -> in what they differ, object by object.
+"""Compares the configurations of devices in two captures or descriptions, object by object.
 
-What a capture shows is a part of what a device has: an object that it does not show need not be missing, but what was
-written in the one and never in the other is a difference. A description has all of its objects. What changes by nature
-is set apart, with the reason, unless somebody has configured it. Must not: read a file, or write words.
+A capture shows only a part of a device: an object that it does not show need not be missing, but one written in
+one capture and never in the other is a difference. A description contains all of its objects. Volatile objects are
+reported separately with a reason, unless they were configured. Must not: read a file, or write words.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,11 +15,14 @@ from canalyze.dictionary.values import BYTES, CODES, REAL, SIGNED, STRINGS, pack
 Record = Mapping[str, Any]
 """A line of the core: `od_node` or `od_object`."""
 Reason = Nature | Literal["pdo", "read-only", "varies", "unknown", "unseen"]
-"""Why a difference does not count; pdo: PDOs carry the value; varies: it changed though nobody wrote it; unknown: no
-value is known of it on one side; unseen: the capture does not show it."""
+"""Reasons for which a difference does not count.
+
+pdo: PDOs carry the value; varies: it changed without a write; unknown: one side has no value; unseen: the capture
+does not show it.
+"""
 
 _DESCRIBES: Final = (range(0x1000, 0x1001), range(0x1008, 0x100B), range(0x1018, 0x1019))
-"""What can only be read, and says which device it is."""
+"""Read-only objects that identify the device."""
 _COB_IDS: Final = (
     (range(0x1005, 0x1006), (0,)),
     (range(0x1012, 0x1013), (0,)),
@@ -30,36 +33,36 @@ _COB_IDS: Final = (
     (range(0x1800, 0x1A00), (1,)),
 )
 IDENTIFIER: Final = 0x1FFF_FFFF
-"""Of a COB-ID the bits of the CAN-ID."""
+"""The bits of the CAN-ID in a COB-ID."""
 _NODE: Final = 0x7F
 
 
 class Held(NamedTuple):
-    """What one side knows of an object."""
+    """An object as one side knows it."""
 
     name: str
     kind: int
-    """Code of its type, 0 where neither a description nor a standard has one."""
+    """The code of its type; 0 if neither a description nor a standard defines it."""
     data: bytes | None
-    """Its value as it is transferred; None where it is not known, or not all of it."""
+    """Its value as it is transferred; None if it is unknown or incomplete."""
     configured: bool
-    """It was written and accepted, or is the ParameterValue of a file."""
+    """True if it was written and accepted, or is the ParameterValue of a file."""
     exists: bool = True
-    """The device has not said that there is no such object."""
+    """False if the device has reported that there is no such object."""
     changes: Reason | None = None
-    """Why its value says nothing of the configuration, as far as this side knows, unless somebody has configured it."""
+    """The reason for which its value is no configuration unless it was written, as far as this side knows."""
     commanded: bool = False
-    """RPDOs write it."""
+    """True if RPDOs write it."""
     refused: bool = False
-    """The device has refused to have it read or written."""
+    """True if the device has refused to have it read or written."""
 
 
 class Node(NamedTuple):
-    """What one side knows of a node."""
+    """A node as one side knows it."""
 
     bus: str | None
     node: int | None
-    """None: a description that says of no node."""
+    """None for a description without a node-ID."""
     profile: int
     objects: Mapping[Address, Held]
 
@@ -73,7 +76,7 @@ class Side(NamedTuple):
 
     @property
     def whole(self) -> bool:
-        """Whether an object that is not there is missing."""
+        """True if an object that is not there is missing."""
         return self.form not in ("capture", "concise")
 
 
@@ -83,7 +86,7 @@ class Difference(NamedTuple):
     address: Address
     held: tuple[Held | None, Held | None]
     reason: Reason | None
-    """Why it does not count."""
+    """The reason for which it does not count, if any."""
 
 
 class Pair(NamedTuple):
@@ -97,7 +100,7 @@ class Pair(NamedTuple):
 
 
 class Compared(NamedTuple):
-    """Two sides, and how they compare."""
+    """The result of comparing two sides."""
 
     sides: tuple[Side, Side]
     pairs: list[Pair]
@@ -106,7 +109,7 @@ class Compared(NamedTuple):
 
 
 def captured(records: Iterable[Record]) -> Side:
-    """Take what a capture has shown."""
+    """Returns the nodes of a capture."""
     nodes: list[Node] = []
     objects: dict[Address, Held] = {}
     for one in records:
@@ -119,9 +122,10 @@ def captured(records: Iterable[Record]) -> Side:
 
 
 def compare(both: Sequence[Side | Dictionary], chosen: tuple[int, int] | None, *, filtered: bool) -> Compared:
-    """Compare A and B. chosen: only this node of A with that node of B. filtered: captures show chosen objects only.
+    """Compares A and B.
 
-    A description that says of no node is of the chosen one, else of the only one that the other side has.
+    chosen: only this node of A with that node of B. filtered: captures show selected objects only. A description
+    without a node-ID is of the chosen node, or else of the only one of the other side.
     """
     known = [[node.node for node in one.nodes] if isinstance(one, Side) else [one.node] for one in both]
     wanted = chosen or (None, None)
@@ -137,7 +141,7 @@ def compare(both: Sequence[Side | Dictionary], chosen: tuple[int, int] | None, *
 
 
 def relative(address: Address, data: bytes, node: int | None) -> int | None:
-    """Give a COB-ID without the node-ID that it contains; None where it is no COB-ID, or contains it not."""
+    """Returns a COB-ID without the node-ID that it contains; None if it is no COB-ID, or does not contain it."""
     number = int.from_bytes(data, "little")
     holds = any(address[0] in indices and address[1] in subs for indices, subs in _COB_IDS)
     contains = node is not None and number & _NODE == node and _NODE < number & IDENTIFIER < 0x800
@@ -145,7 +149,7 @@ def relative(address: Address, data: bytes, node: int | None) -> int | None:
 
 
 def _described(found: Dictionary, node: int | None) -> Side:
-    """Take what a description says of a node."""
+    """Returns the node of a description."""
     carried = {(one.index, one.sub): pdo.direction for pdo in found.pdos if pdo.cob_id.valid for one in pdo.mapped}
     objects = {
         (entry.index, entry.sub): _entry(entry, node, carried.get((entry.index, entry.sub)))
@@ -198,14 +202,14 @@ def _describes(index: int) -> bool:
 
 
 def _is_of_pdo(index: int) -> bool:
-    """Tell whether it is a parameter of a PDO: a fixed one is part of the configuration, too."""
+    """Returns true for a parameter of a PDO, whose fixed values are part of the configuration, too."""
     return 0x1400 <= index < 0x1C00
 
 
 def _pairs(
     a: Side, b: Side, wanted: tuple[int | None, int | None]
 ) -> tuple[list[tuple[Node, Node]], tuple[list[Node], list[Node]]]:
-    """Settle which nodes are compared: the same node-ID on the same bus, else wherever there is one of that node-ID."""
+    """Returns the nodes to compare: same node-ID and bus, or else the only ones of that node-ID."""
     left, right = (
         [one for one in side.nodes if want is None or one.node == want]
         for side, want in zip((a, b), wanted, strict=True)
@@ -252,7 +256,7 @@ def _pair(nodes: tuple[Node, Node], whole: tuple[bool, bool], strict: bool) -> P
 def _reason(
     address: Address, held: tuple[Held | None, Held | None], whole: tuple[bool, bool], profile: int, strict: bool
 ) -> Reason | None:
-    """Tell why a difference does not count; None where it does."""
+    """Returns the reason for which a difference does not count; None if it counts."""
     there = [side for side in held if side]
     nature = standard_nature(address, profile)
     if len(there) == 1:
@@ -275,7 +279,7 @@ def _reason(
 
 
 def _meaning(address: Address, held: Held, kind: int, node: int | None) -> object:
-    """Give what is equal where two values are, by one type. node: a COB-ID counts without it; None: as it is."""
+    """Returns the value of an object for comparison. node: removed from a COB-ID, unless None."""
     data = held.data or b""
     if kind in STRINGS:
         return data.rstrip(b"\0")

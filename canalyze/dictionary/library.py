@@ -1,4 +1,4 @@
-"""Descriptions as python-canopen has them, given and taken: the only file that imports it."""
+"""Converts descriptions from and to python-canopen; the only module that imports it."""
 
 import io
 from typing import TYPE_CHECKING, Any, cast
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def written(dictionary: "ObjectDictionary") -> str:
-    """Let python-canopen write an EDS."""
+    """Returns the EDS that python-canopen writes."""
     import canopen
 
     stream = io.StringIO()
@@ -26,7 +26,7 @@ def written(dictionary: "ObjectDictionary") -> str:
 
 
 def variables(dictionary: "ObjectDictionary", index: int) -> "dict[int, ODVariable]":
-    """Give the variables of an object by their sub-index."""
+    """Returns the variables of an object by their sub-index."""
     from canopen.objectdictionary import ODVariable
 
     given = dictionary.indices.get(index)
@@ -36,7 +36,7 @@ def variables(dictionary: "ObjectDictionary", index: int) -> "dict[int, ODVariab
 
 
 def given(described: Dictionary, node: int) -> "ObjectDictionary":
-    """Give a description as python-canopen has it, for a node: what depends on the node-ID is worked out."""
+    """Returns a description as python-canopen's object for a node, with values relative to the node-ID resolved."""
     from canopen import ObjectDictionary
     from canopen.objectdictionary import ODArray, ODRecord, ODVariable
 

@@ -1,6 +1,6 @@
-"""What of the standards' objects changes by nature, whoever has configured the device: states, clocks, actual values.
+"""Volatile objects of the standards, whose values are no configuration: states, clocks, actual values.
 
-Only what the standards fix stands here. Must not: look at a value.
+Only objects defined by the standards are listed. Must not: look at a value.
 """
 
 from functools import cache
@@ -49,13 +49,13 @@ _TABLE: Final[dict[int, dict[Nature, str]]] = {
 _PROFILES: Final = range(0x6000, 0xA000)
 _SERIAL_NUMBER: Final = (0x1018, 4)
 _AXIS: Final = 0x800
-"""Between the objects of two axes of a drive."""
+"""Distance between the objects of two axes of a drive."""
 
 
 def standard_nature(address: Address, profile: int) -> Nature | None:
-    """Tell why an object's value says nothing of the configuration; None where it may.
+    """Returns the reason for which an object's value is no configuration; None if it may be.
 
-    profile: of the device, 0 where it is not known: its objects are then read as those of a drive.
+    profile: that of the device; with 0 (unknown) its objects are read as those of a drive.
     """
     index = address[0]
     if address == _SERIAL_NUMBER:

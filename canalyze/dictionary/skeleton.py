@@ -1,7 +1,7 @@
-"""Objects that the traffic shows -> an EDS of them, for a device whose own is lost: all that it says was seen.
+"""Objects in the traffic -> an EDS of them, for a device whose own is lost.
 
-What CiA 301 has every device have is there, with or without a value; names, types and access as far as they are known.
-Must not: say more of a device than what was seen.
+It contains the objects that CiA 301 requires, with or without a value; names, types and access as far as they are
+known. Must not: contain more about a device than was seen.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,10 +15,10 @@ Record = Mapping[str, Any]
 
 _OCTETS: Final = 0x0A
 _ACCESS: Final = {"rw": "rw", "ro": "ro", "wo": "wo", "r": "ro"}
-"""Of what was read and never written it is not known that it can be."""
+"""An object that was read and never written is not known to be writable."""
 _RECORDS: Final = frozenset({0x1003, 0x1010, 0x1011, 0x1016, 0x1018, 0x1028, 0x1029})
 _RECORD_RANGES: Final = (range(0x1200, 0x1400), range(0x1400, 0x1C00))
-"""Objects whose sub-index 0 alone does not make them a variable."""
+"""Objects that are no variable even if only sub-index 0 is known."""
 _MANDATORY: Final = {
     (0x1000, 0): ("Device type", UNSIGNED32),
     (0x1001, 0): ("Error register", UNSIGNED8),
@@ -26,13 +26,13 @@ _MANDATORY: Final = {
 }
 _TITLES: Final = {0x1018: "Identity object"}
 _FIXED: Final = range(0x1000, 0x2000)
-"""Where what was read and never written is what the device starts with."""
+"""Objects whose value is the default if it was read and never written."""
 
 _Keys = dict[str, str]
 
 
 def skeleton(node: Record, objects: Sequence[Record], name: str = "") -> str:
-    """Give the EDS of a node; name: that of the file."""
+    """Returns the EDS of a node; `name` is that of the file."""
     pdos = _pdos(objects)
     titles = {pdo.communication: f"{pdo.direction.upper()} communication parameter" for pdo in pdos}
     titles |= {_mapping(pdo): f"{pdo.direction.upper()} mapping parameter" for pdo in pdos} | _TITLES
@@ -63,7 +63,7 @@ def skeleton(node: Record, objects: Sequence[Record], name: str = "") -> str:
 
 
 def _pdos(objects: Sequence[Record]) -> "list[_core.Pdo]":
-    """Let the core give the PDOs that the objects configure."""
+    """Returns the PDOs that the objects configure, from the core."""
     rows = [
         (
             int(one["index"], 16),
@@ -103,7 +103,7 @@ def _mapping(pdo: "_core.Pdo") -> int:
 
 
 def _entries(objects: Sequence[Record], pdos: "Sequence[_core.Pdo]") -> dict[tuple[int, int], _Keys]:
-    """Give the keys of all entries: what was seen, what is mapped, and what every device has."""
+    """Returns the keys of all entries: objects in the traffic, mapped objects, and mandatory objects."""
     entries: dict[tuple[int, int], _Keys] = {}
     for one in objects:
         index, sub = int(one["index"], 16), one["sub"]
@@ -144,12 +144,12 @@ def _named(index: int, sub: int) -> str:
 
 
 def _line(text: str) -> str:
-    """Give a text as it can stand behind a key."""
+    """Returns a text that is valid as a value of a key."""
     return "".join(char for char in text if char.isprintable()).strip()
 
 
 def _object(index: int, subs: Mapping[int, _Keys], title: str | None) -> Iterator[tuple[str, _Keys]]:
-    """Give the sections of an object."""
+    """Yields the sections of an object."""
     record = len(subs) > 1 or index in _RECORDS or any(index in one for one in _RECORD_RANGES)
     if not record:
         yield f"{index:04X}", {"ObjectType": "0x7", **subs[0]}

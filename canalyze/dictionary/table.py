@@ -1,6 +1,6 @@
-"""Objects of a description that a program has put together -> the flat table that the core reads frames by.
+"""Converts the objects of a description made by a program to the core's flat table for decoding.
 
-Only a change of form: `$NODEID` stays unresolved, and what a mapping or a COB-ID means is the core's.
+`$NODEID` stays unresolved; mappings and COB-IDs are interpreted by the core.
 """
 
 import os
@@ -15,18 +15,18 @@ Row = tuple[int, int, str, int, str, int | None, bool, bool, bool, str, float]
 
 
 def table(file: str, form: str, product: str | None, objects: Iterable[Object]) -> _core.Dictionary:
-    """Give the core's table of a description."""
+    """Returns the core's table of a description."""
     return _core.Dictionary(**arguments(file, form, product, objects))
 
 
 def arguments(file: str, form: str, product: str | None, objects: Iterable[Object]) -> dict[str, Any]:
-    """Return what the core's table is made of."""
+    """Returns the arguments of the core's table."""
     name = os.fsencode(file).decode("utf-8", "backslashreplace")
     return {"file": name, "form": form, "device": product or "", "rows": list(rows(objects))}
 
 
 def rows(objects: Iterable[Object]) -> Iterator[Row]:
-    """Give one row a sub-object, in order of index and sub-index."""
+    """Yields one row per sub-object, in order of index and sub-index."""
     for thing in objects:
         for entry in thing.entries:
             yield _row(entry)

@@ -13,7 +13,7 @@ CODES: Final = {name: kind for kind, name in NAMES.items()}
 BY_WIDTH: Final = {
     bits: kind for kind, (name, bits) in DATA_TYPES.items() if bits and name.startswith(("UNSIGNED", "BOOLEAN"))
 }
-"""Data types without a sign by their bits."""
+"""Unsigned data types by their width in bits."""
 SIGNED: Final = {kind: bits for kind, bits in _WIDTHS.items() if NAMES[kind].startswith("INTEGER")}
 REAL: Final = {kind: bits for kind, bits in _WIDTHS.items() if NAMES[kind].startswith("REAL")}
 _REALS: Final = {32: "<f", 64: "<d"}
@@ -23,7 +23,7 @@ BYTES: Final = frozenset({0x0A, OPAQUE})
 
 
 def packed(value: Value, kind: int, node: int) -> bytes:
-    """Give a value that a file has as it is transferred."""
+    """Returns a value of a file as it is transferred."""
     if isinstance(value, NodeOffset):
         value = value.at(node)
     if isinstance(value, str):
@@ -37,7 +37,7 @@ def packed(value: Value, kind: int, node: int) -> bytes:
 
 
 def decoded(data: bytes, kind: int) -> int | float | str | bytes | None:
-    """Give the value that SDO transfers as these bytes; None where they are none of that type."""
+    """Returns the value of transferred bytes; None if they are invalid for that type."""
     if kind in STRINGS:
         return data.decode("utf-16-le" if kind == _UNICODE else "utf-8", "replace").rstrip("\0")
     if kind in BYTES:
