@@ -1,6 +1,6 @@
-"""A piece of work done in a process beside the worker of an engine, which has no hard limits of its own.
+"""Does work in a child process of a cluster's worker, because cluster engines have no hard limits of their own.
 
-Must not: know an engine, or what the work is.
+Must not: know an engine, or the content of the work.
 """
 
 import threading
@@ -15,32 +15,32 @@ from canalyze.errors import ConfigError
 from canalyze.running.pool import Ended, Pool, Work
 
 _HERE: Final = threading.local()
-"""The pool of one process that each thread of a worker has, with the key of its work."""
+"""The pool of one process of each thread of a worker, with the key of its work."""
 
 
 def version() -> str:
-    """Give that of the program, where a worker runs this."""
+    """Returns the version of the program, on a worker."""
     return __version__
 
 
 def alike(found: Iterable[str], address: str | None) -> None:
-    """Make sure that all workers have this program; ConfigError where one has another."""
+    """Checks that all workers run the same version of the program. Raises ConfigError otherwise."""
     for other in set(found) - {__version__}:
         raise ConfigError("fleet.other_version", name=address, version=other, own=__version__)
 
 
 @dataclass(frozen=True)
 class Beside:
-    """How it is done; sent to the workers."""
+    """The work and its limits; sent to the workers."""
 
     work: Work
     seconds: float | None = None
     megabytes: int | None = None
     key: str = field(default_factory=lambda: uuid4().hex)
-    """What tells this run from others of one worker."""
+    """Distinguishes this run from others of the same worker."""
 
     def __call__(self, piece: Any) -> Ended:
-        """Do a piece."""
+        """Does a piece."""
         key, pool = getattr(_HERE, "pool", (None, None))
         if pool is None or key != self.key:
             if pool is not None:

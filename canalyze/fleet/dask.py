@@ -1,7 +1,7 @@
-"""An executor on a Dask cluster: this machine's, or one that is there. The program must be installed on its workers.
+"""An executor on a Dask cluster, local or remote. The program must be installed on its workers.
 
-Each worker has the capture read in a process beside it, so that limits hold there, and a capture that ends its process
-does not take the worker, and what that knows, with it. Must not: know what the work is.
+Each worker has the capture read in a child process, so that limits hold, and a capture that crashes its process
+affects neither the worker nor its state. Must not: know the content of the work.
 """
 
 import logging
@@ -15,14 +15,14 @@ from canalyze.fleet.beside import Beside, alike, version
 from canalyze.running.pool import During, Ended, Failure, at_once
 
 _LOST: Final = 2
-"""Workers that may be lost under one piece before Dask gives it up."""
+"""Number of workers that may be lost under one piece before Dask gives it up."""
 
 
 class Cluster:
     """Pieces of work as tasks of a cluster."""
 
     def __init__(self, beside: Beside, address: str | None, width: int, during: During = at_once) -> None:
-        """Connect. address: of the scheduler; None: a cluster of `width` processes on this machine."""
+        """Connects to a cluster. address: that of the scheduler; None: `width` local processes."""
         try:
             import dask
             from distributed import Client, LocalCluster, as_completed
@@ -45,13 +45,13 @@ class Cluster:
         self._completed = as_completed()
 
     def submit(self, piece: Any) -> None:
-        """Have a piece done."""
+        """Schedules a piece."""
         future = self._client.submit(self._beside, piece, pure=False, retries=0)
         self._pieces[future.key] = piece
         self._completed.add(future)
 
     def completed(self) -> Iterator[Ended]:
-        """Give the pieces as they end; what a worker holds of each is let go at once."""
+        """Yields the pieces as they end; their results on the workers are released at once."""
         from distributed import KilledWorker
 
         while self._pieces:
@@ -69,7 +69,7 @@ class Cluster:
             yield ended._replace(piece=piece)
 
     def close(self) -> None:
-        """Leave the cluster; one of our own ends."""
+        """Leaves the cluster; a local one is stopped."""
         for future in list(self._pieces):
             with suppress(Exception):
                 self._client.cancel(future)

@@ -1,6 +1,6 @@
-"""An executor on a Ray cluster: this machine's, or one that is there. The program must be installed on its workers.
+"""An executor on a Ray cluster, local or remote. The program must be installed on its workers.
 
-As on Dask, a worker has the capture read in a process beside it. Must not: know what the work is.
+As on Dask, a worker has the capture read in a child process. Must not: know the content of the work.
 """
 
 import logging
@@ -14,14 +14,14 @@ from canalyze.fleet.beside import Beside, alike, version
 from canalyze.running.pool import During, Ended, Failure, at_once
 
 _LOST: Final = 2
-"""How often Ray has a piece done again whose worker was lost."""
+"""Number of times that Ray repeats a piece whose worker was lost."""
 
 
 class Cluster:
     """Pieces of work as tasks of a cluster."""
 
     def __init__(self, beside: Beside, address: str | None, width: int, during: During = at_once) -> None:
-        """Connect. address: of the cluster; None: one of `width` processes on this machine."""
+        """Connects to a cluster. address: that of the cluster; None: `width` local processes."""
         try:
             import ray
         except ImportError as error:
@@ -40,11 +40,11 @@ class Cluster:
         self._pieces: dict[Any, Any] = {}
 
     def submit(self, piece: Any) -> None:
-        """Have a piece done."""
+        """Schedules a piece."""
         self._pieces[self._do.remote(self._beside, piece)] = piece
 
     def completed(self) -> Iterator[Ended]:
-        """Give the pieces as they end."""
+        """Yields the pieces as they end."""
         while self._pieces:
             waited = self._during(partial(self._ray.wait, list(self._pieces), num_returns=1))
             if waited is None:
@@ -60,7 +60,7 @@ class Cluster:
                 yield ended._replace(piece=piece)
 
     def close(self) -> None:
-        """Leave the cluster; one of our own ends."""
+        """Leaves the cluster; a local one is stopped."""
         for one in self._pieces:
             with suppress(Exception):
                 self._ray.cancel(one, force=True)

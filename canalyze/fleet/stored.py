@@ -1,4 +1,4 @@
-"""A verdict as JSON and back, for reports that are made after the captures were read, elsewhere.
+"""A verdict as JSON and back, for reports that are made later or elsewhere.
 
 Must not: judge, or know a report.
 """
@@ -16,7 +16,7 @@ _FINDINGS: Final = ("failures", "others", "consequences")
 
 
 def row(verdict: Verdict) -> dict[str, Any]:
-    """Give it for `json`. Of each kind only the first finding has the lines around it: others are shown by number."""
+    """Returns a verdict for `json`. Only the first finding of each kind keeps its context lines."""
     lists: dict[str, Any] = {name: tuple(map(_bare, getattr(verdict, name))) for name in _FINDINGS}
     return asdict(replace(verdict, **lists))
 
@@ -27,7 +27,7 @@ def _bare(one: Counted) -> Counted:
 
 
 def verdict(stored: Any) -> Verdict:
-    """Read one of ours; LookupError, TypeError or ValueError for what is none."""
+    """Restores a verdict. Raises LookupError, TypeError or ValueError for other data."""
     made: Verdict = _value(Verdict, stored)
     return replace(made, incidents=tuple(replace(one, status=status(one.status)) for one in made.incidents))
 
