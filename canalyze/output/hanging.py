@@ -1,7 +1,7 @@
-"""Lines of a listing that are wider than the terminal, broken between words, with a hanging indent.
+"""Breaks lines of a listing that are wider than the terminal between words, with a hanging indent.
 
-What follows the first line of an annotation is below its first word; below a comment it is a comment. Colours go on.
-Must not: know what is said.
+Continuation lines of an annotation begin below its first word; those of a comment are comments. Colours continue.
+Must not: know the content.
 """
 
 import re
@@ -13,11 +13,11 @@ _COLOUR: Final = re.compile("\x1b\\[([0-9;]*)m")
 _PLAIN: Final = "\x1b[0m"
 _MARK: Final = "  # "
 _LEAST: Final = 30
-"""Columns that an annotation gets beside its frame; where there are less, it is below it."""
+"""Minimum columns for an annotation beside its frame; with less it continues below."""
 _INDENT: Final = 4
-"""Further columns before what is below any other line."""
+"""Additional indent below any other line."""
 _NARROW: Final = 20
-"""Columns of a terminal for which nothing is broken."""
+"""Maximum columns of a terminal for which lines are not broken."""
 _COMMENT: Final = "#     "
 
 

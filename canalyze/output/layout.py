@@ -1,6 +1,6 @@
-"""Text on a terminal: the columns that it takes, filled up to a width, broken into lines, beside its term.
+"""Text on a terminal: its width, padding, line breaks, and lists of definitions.
 
-A Chinese character takes two columns, and a line does not begin with its punctuation. Must not: know what is said.
+A Chinese character takes two columns, and a line does not begin with its punctuation. Must not: know the content.
 """
 
 import unicodedata
@@ -12,20 +12,20 @@ _CLOSING: Final = "，。；：、？！）”’》,.;:?!)"
 
 
 def width(text: str) -> int:
-    """Give the columns that a text takes on a terminal."""
+    """Returns the columns that a text takes on a terminal."""
     if text.isascii():
         return len(text)
     return sum(0 if unicodedata.combining(c) else 2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in text)
 
 
 def pad(text: str, columns: int, *, right: bool = False) -> str:
-    """Fill a text up to `columns`, on its right side or, for numbers, on its left."""
+    """Pads a text to `columns`, on its right side or, for numbers, on its left."""
     blanks = " " * (columns - width(text))
     return blanks + text if right else text + blanks
 
 
 def wrap(text: str, columns: int) -> list[str]:
-    """Break a text into lines: between words, and between Chinese characters, but never before their punctuation."""
+    """Breaks a text into lines between words or Chinese characters, but not before their punctuation."""
     lines = [""]
     for piece in _pieces(text):
         if lines[-1] and width(lines[-1]) + width(piece.rstrip()) > columns:
@@ -37,7 +37,7 @@ def wrap(text: str, columns: int) -> list[str]:
 
 
 def folded(text: str, columns: int) -> list[str]:
-    """Break a text into lines as `wrap` does, and inside of what has no blank."""
+    """Breaks a text into lines as `wrap` does, and also within long words."""
     lines = []
     for line in wrap(text, columns):
         piece = ""
@@ -55,9 +55,9 @@ def folded(text: str, columns: int) -> list[str]:
 def definitions(
     rows: Sequence[tuple[str, str]], *, left: int | None = None, columns: int | None = None, margin: int = 2
 ) -> list[str]:
-    """Lay out terms with their texts beside; a term wider than `left` stands alone above.
+    """Lays out terms with their texts beside them; a term wider than `left` gets a line of its own.
 
-    columns: where lines are broken; None: nowhere.
+    columns: the width at which lines are broken; None: nowhere.
     """
     if left is None:
         left = max((width(term) for term, _ in rows), default=0)
@@ -74,7 +74,7 @@ def definitions(
 
 
 def _pieces(text: str) -> Iterable[str]:
-    """Cut a text where a line may end."""
+    """Yields the pieces of a text between which a line may end."""
     piece = ""
     for char in text:
         if piece and _may_part(piece[-1], char):
