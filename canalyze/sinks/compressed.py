@@ -1,6 +1,6 @@
-"""A file whose bytes are compressed on their way out. What they hold is not known here.
+"""A file that is compressed as it is written, whatever its content.
 
-The same bytes give the same file: no name and no date stands in it.
+The same bytes give the same file: it contains no name and no date.
 """
 
 from types import TracebackType
@@ -13,16 +13,16 @@ class CompressedOutput(FileOutput):
     """A compressed file; complete when its block ends without an error."""
 
     def __init__(self, name: str, compression: str, *, force: bool) -> None:
-        """Open the file beside `name`; `compression` is one of COMPRESSIONS."""
+        """Creates the file `name`; `compression` is one of COMPRESSIONS."""
         self._compressor = COMPRESSIONS[compression].compressor()
         super().__init__(name, force=force)
 
     def write(self, data: bytes) -> None:
-        """Compress and write."""
+        """Compresses and writes."""
         super().write(self._compressor.compress(data))
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        """Write what the compressor still holds, then do as every file."""
+        """Writes the remaining output of the compressor, then ends as every file."""
         if kind is None:
             try:
                 super().write(self._compressor.flush())
