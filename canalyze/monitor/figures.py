@@ -1,15 +1,15 @@
-"""Figures in few columns: times, rates, sizes, bars. Must not: know what they are of."""
+"""Numbers in few columns: times, rates, sizes, bars. Must not: know their meaning."""
 
 from typing import Final
 
 BLANK: Final = "-"
-"""What stands where a figure is not known."""
+"""Shown for an unknown value."""
 _NS: Final = 1_000_000_000
 _PARTS: Final = " ▏▎▍▌▋▊▉"
 
 
 def period(ns: int | None) -> str:
-    """Give a time of up to some minutes with its unit, in at most seven columns."""
+    """Returns a time of up to some minutes with its unit, in at most seven columns."""
     if ns is None:
         return BLANK
     if ns <= 0:
@@ -21,17 +21,17 @@ def period(ns: int | None) -> str:
 
 
 def _three(value: float) -> str:
-    """Give about three digits; a figure that hardly changes then does not flicker."""
+    """Returns about three digits, so that a value that hardly changes does not flicker."""
     return f"{value:.2f}" if value < 9.995 else f"{value:.1f}" if value < 99.95 else f"{value:.0f}"
 
 
 def seconds(ns: int | None, digits: int = 1) -> str:
-    """Give a time in seconds without its unit."""
+    """Returns a time in seconds without its unit."""
     return BLANK if ns is None else f"{ns / _NS:.{digits}f}"
 
 
 def clock(ns: int | None) -> str:
-    """Give a time of any length as 1:02:03."""
+    """Returns a time of any length as 1:02:03."""
     if ns is None:
         return BLANK
     whole = max(0, ns) // _NS
@@ -39,14 +39,14 @@ def clock(ns: int | None) -> str:
 
 
 def rate(value: float | None) -> str:
-    """Give a rate: a digit behind the point where it is small."""
+    """Returns a rate, with one decimal if it is small."""
     if value is None:
         return BLANK
     return f"{value:.1f}" if 0 < value < 99.95 else f"{value:.0f}"
 
 
 def size(octets: int | None) -> str:
-    """Give a number of bytes."""
+    """Returns a number of bytes."""
     if octets is None:
         return BLANK
     if octets < 10_000:
@@ -58,7 +58,7 @@ def size(octets: int | None) -> str:
 
 
 def bar(part: float, columns: int) -> str:
-    """Give a bar of a part 0 to 1 in eighths of a column."""
+    """Returns a bar for a ratio of 0 to 1, in eighths of a column."""
     eighths = round(max(0.0, min(part, 1.0)) * columns * 8)
     full, rest = divmod(eighths, 8)
     return ("█" * full + (_PARTS[rest] if rest else "")).ljust(columns, "░")

@@ -1,4 +1,4 @@
-"""The line in which a filter or a search is typed. Must not: understand it."""
+"""The input line for a filter or a search. Must not: interpret it."""
 
 from typing import ClassVar
 
@@ -11,7 +11,7 @@ from textual.widgets import Input, Static
 
 
 class Prompt(Horizontal):
-    """Asks for one line; Enter takes it, Escape does not."""
+    """Asks for one line; Enter accepts, Escape cancels."""
 
     DEFAULT_CSS = """
     Prompt { height: 1; width: 1fr; display: none; }
@@ -22,29 +22,29 @@ class Prompt(Horizontal):
     BINDINGS: ClassVar = [Binding("escape", "cancel", show=False)]
 
     class Given(Message):
-        """A line was given."""
+        """A line was entered."""
 
         def __init__(self, purpose: str, text: str) -> None:
-            """Take what was asked for, and the line."""
+            """Creates the message with the purpose and the line."""
             super().__init__()
             self.purpose = purpose
             self.text = text
 
     class Cancelled(Message):
-        """Nothing was given."""
+        """The input was cancelled."""
 
     def __init__(self) -> None:
-        """Ask for nothing yet."""
+        """Creates a hidden prompt."""
         super().__init__(id="prompt")
         self.purpose = ""
 
     def compose(self) -> ComposeResult:
-        """Give the question and the field."""
+        """Yields the question and the field."""
         yield Static("", markup=False)
         yield Input(compact=True, select_on_focus=False)
 
     def ask(self, purpose: str, question: str, text: str) -> None:
-        """Ask for a line; `text` is what stands there first."""
+        """Asks for a line; `text` is the initial content."""
         self.purpose = purpose
         label = self.query_one(Static)
         label.update(f"{question} ")
@@ -56,18 +56,18 @@ class Prompt(Horizontal):
         self.take_keys()
 
     def take_keys(self) -> None:
-        """Let keys go into the field, at once: the next is its own."""
+        """Focuses the field at once, so that it gets the next key."""
         self.screen.set_focus(self.query_one(Input))
 
     def close(self) -> None:
-        """Go away."""
+        """Hides the prompt."""
         self.display = False
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Take the line."""
+        """Accepts the line."""
         event.stop()
         self.post_message(self.Given(self.purpose, event.value.strip()))
 
     def action_cancel(self) -> None:
-        """Take nothing."""
+        """Cancels the input."""
         self.post_message(self.Cancelled())
