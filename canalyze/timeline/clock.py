@@ -1,9 +1,9 @@
-"""The timelines of a recording, and where a row of the core's tables stands on them.
+"""The timelines of a recording, and the positions of rows on them.
 
-`capture_time` is there where stamps are dates, `time_since_start` counts from the first stamp, `frame` is always there,
-`sync_cycle` once there is a SYNC. A row without a stamp stands on the last two only, one whose stamp is no date not on
-the first. A clock that is set in the middle of a capture, from 1970 to now or back, makes no gap: the frame after it
-stands where the one before it does. Must not: touch what a row says.
+`capture_time` exists if stamps are dates, `time_since_start` counts from the first stamp, `frame` always exists,
+`sync_cycle` after the first SYNC. A row without a stamp is on the last two only; one whose stamp is no date is not
+on the first. If the clock is set during a capture, from 1970 to now or back, there is no gap: the next frame gets
+the position of the one before. Must not: change the content of a row.
 """
 
 from collections.abc import Iterable, Iterator
@@ -23,10 +23,10 @@ FRAME: Final = "frame"
 SYNC_CYCLE: Final = "sync_cycle"
 
 _DATES: Final = 631_152_000 * 10**9
-"""1990-01-01 in ns: stamps from here on are dates, earlier ones count from some start."""
+"""1990-01-01 in ns: stamps from here on are dates, smaller ones count from some start."""
 
 _LEAST: Final = -(2**63) + 1
-"""The least time in ns: one less is no time to those who draw it."""
+"""The least valid time in ns; viewers treat the next smaller one as no time."""
 _MOST: Final = 2**63 - 1
 
 Whole = npt.NDArray[np.int64]
@@ -35,12 +35,12 @@ Whole = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Places:
-    """Where rows stand."""
+    """The positions of rows."""
 
     t_ns: Whole
-    """Stamps; anything where there is none."""
+    """Stamps; undefined for rows without one."""
     stamped: npt.NDArray[np.bool_]
-    """Which rows have a stamp."""
+    """True for rows with a stamp."""
     frame: Whole
     """Frames, from 1."""
     cycle: Whole
@@ -50,11 +50,11 @@ class Places:
         return len(self.frame)
 
     def __getitem__(self, rows: "slice | npt.NDArray[Any]") -> "Places":
-        """Give those of some rows."""
+        """Returns the positions of some rows."""
         return Places(self.t_ns[rows], self.stamped[rows], self.frame[rows], self.cycle[rows])
 
     def followed_by(self, rows: "Places") -> "Places":
-        """Give these and then others."""
+        """Returns these positions followed by others."""
         return Places(
             np.concatenate((self.t_ns, rows.t_ns)),
             np.concatenate((self.stamped, rows.stamped)),
@@ -64,7 +64,7 @@ class Places:
 
 
 def places(batch: pa.RecordBatch) -> Places:
-    """Read them off a batch of any table."""
+    """Returns the positions in a batch of any table."""
     stamps = batch.column("t_ns")
     # Of a PDO, `cycle` is the one that it belongs to: asynchronous ones belong to none.
     named = "running_cycle" if "running_cycle" in batch.schema.names else "cycle"
@@ -78,45 +78,45 @@ def places(batch: pa.RecordBatch) -> Places:
 
 
 def numbers(column: pa.Array) -> Whole:
-    """Give a column of whole numbers; 0 for null."""
+    """Returns a column of whole numbers, with 0 for null."""
     if column.null_count:
         column = column.fill_null(0)
     return np.asarray(column).astype(np.int64, copy=False)
 
 
 class Clock:
-    """The timelines, and what is known of their extent."""
+    """The timelines and their extent."""
 
     def __init__(self, contents: Contents) -> None:
-        """Nothing seen yet; `contents` is told what there is."""
+        """Creates the timelines without rows; `contents` is updated."""
         self._contents = contents
         self._first: int | None = None
         self._zeros: dict[bool, int] = {}
-        """The stamp that is 0 s on `time_since_start`, of stamps that are dates and of those that are not."""
+        """The stamp at 0 s of `time_since_start`, for stamps that are dates and for others."""
         self._dates: tuple[int, int] | None = None
         """The first and the last date."""
         self._last_cycle = 0
 
     @property
     def start_ns(self) -> int:
-        """The stamp that time is counted from."""
+        """The stamp from which time counts."""
         return self._first or 0
 
     def start(self, batches: Iterable[Places]) -> None:
-        """Take the first rows of all tables: the earliest frame with a stamp among them is the start."""
+        """Sets the start to the earliest stamped frame in the first rows of all tables."""
         seen = [rows[rows.stamped] for rows in batches if self._cycles(rows)]
         self._learn([rows for rows in seen if len(rows)])
 
     def _cycles(self, rows: Places) -> bool:
-        """Note whether SYNC cycles run, and say whether there are rows."""
+        """Notes if there are SYNC cycles; returns true if there are rows."""
         self._contents.cycles |= bool(len(rows) and rows.cycle.max() > 0)
         return bool(len(rows))
 
     def _learn(self, seen: list[Places]) -> None:
-        """Learn when the first stamp of either kind was.
+        """Learns the first stamp of either kind.
 
-        A clock that is set in the middle of a capture jumps by decades, and nobody knows how long that took: the first
-        stamp after it stands where the last one before it does.
+        A clock that is set during a capture jumps by decades, for an unknown time: the first stamp after it gets the
+        position of the last one before it.
         """
         first: dict[bool, tuple[int, int]] = {}
         for rows in seen:
@@ -144,9 +144,9 @@ class Clock:
             contents.dated |= dated
 
     def pieces(self, rows: Places) -> "Iterator[tuple[npt.NDArray[np.int64] | None, list[rr.TimeColumn]]]":
-        """Give which rows stand on the same timelines, None for all of them, and where.
+        """Yields indices of rows on the same timelines, None for all of them, with their positions.
 
-        A timeline that begins with these rows is one of theirs already.
+        A timeline that begins with these rows is included.
         """
         if not self._cycles(rows):
             return
@@ -166,7 +166,7 @@ class Clock:
             yield some, self._columns(rows[some], dated=dated)
 
     def span(self) -> list[rr.TimeColumn]:
-        """Give the first and the last place on every timeline."""
+        """Returns the first and the last position on every timeline."""
         contents = self._contents
         columns = [rr.TimeColumn(FRAME, sequence=np.array([contents.first_frame, contents.last_frame], np.int64))]
         if contents.cycles:
@@ -180,7 +180,7 @@ class Clock:
         return columns
 
     def _columns(self, rows: Places, *, dated: bool | None) -> list[rr.TimeColumn]:
-        """Give where rows stand whose stamps are dates, are none, or are missing (None)."""
+        """Returns the positions of rows whose stamps are dates, are none, or are missing (None)."""
         contents = self._contents
         columns = [rr.TimeColumn(FRAME, sequence=rows.frame)]
         if contents.first_frame == 0:

@@ -1,4 +1,4 @@
-"""Whether Chinese can be drawn where a timeline is shown: a window takes its letters from the fonts of the system.
+"""Checks if the viewer of a timeline can draw Chinese, for which a window uses the fonts of the system.
 
 Must not: start a viewer, or draw.
 """
@@ -15,9 +15,9 @@ _WAIT_S: Final = 10.0
 
 
 def has_chinese(*, web: bool) -> bool:
-    """Tell whether Chinese is drawn; what is not known counts as drawn.
+    """Returns true if Chinese can be drawn, or if that is unknown.
 
-    web: in the page for a browser, which has no font but its own.
+    web: in a browser page, which has only its own fonts.
     """
     if web:
         return False

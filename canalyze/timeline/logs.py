@@ -1,6 +1,6 @@
-"""What is read line by line: annotated frames, findings and emergencies, SDO transfers.
+"""Text lines: annotated frames, findings and emergencies.
 
-Must not: make a text; the core's lines are the lines.
+Must not: make a text; the lines are the core's.
 """
 
 from typing import Final
@@ -16,20 +16,20 @@ from canalyze.timeline.stream import part as part_of
 
 _LEVELS: Final[dict[str | None, str]] = {"error": "ERROR", "warning": "WARN", "info": "INFO", None: "TRACE"}
 _SOURCES: Final = {"finding": "findings", "emcy": "emcy"}
-"""The second part of their paths, by what the core calls them; the third is the bus, then comes the node."""
+"""The second part of their paths, by the core's names; the third is the bus, then comes the node."""
 
 
 class LogWriter:
-    """Lines on their way into a recording."""
+    """Writes lines to a recording."""
 
     def __init__(self, stream: Stream, contents: Contents) -> None:
-        """Rows go to `stream`; `contents` is told what there is."""
+        """Writes rows to `stream` and updates `contents`."""
         self._stream = stream
         self._contents = contents
         self._buses: set[str] = set()
 
     def frames(self, batch: pa.RecordBatch) -> None:
-        """Take annotated frames. The bus stands before them where there are several."""
+        """Appends annotated frames, prefixed with the bus if there are several."""
         if not len(batch):
             return
         lines, buses = batch.column("line"), batch.column("bus")
@@ -41,7 +41,7 @@ class LogWriter:
         self._stream.texts("/frames", places(batch), [(TEXT, lines), (LEVEL, levels)])
 
     def log(self, batch: pa.RecordBatch) -> None:
-        """Take findings and emergencies."""
+        """Appends findings and emergencies."""
         rows, sources = places(batch), np.asarray(plain(batch.column("source")), object)
         coded = pc.binary_join_element_wise(plain(batch.column("code")), batch.column("text"), "  ")
         levels = mapped(batch.column("level"), _LEVELS)

@@ -1,6 +1,6 @@
-"""Rows on their way into a recording: Arrow's columns become columns of Rerun's components, without an object a row.
+"""Writes Arrow columns as columns of Rerun's components, without an object per row.
 
-Must not: know what the rows are, or what else is in the recording.
+Must not: know the meaning of the rows, or the rest of the recording.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ _NO_PART: Final = frozenset("/%")
 
 
 class _Values(rr.ComponentBatchLike):
-    """A column as it is."""
+    """A column without conversion."""
 
     def __init__(self, array: pa.Array) -> None:
         self._array = array
@@ -35,20 +35,20 @@ class _Values(rr.ComponentBatchLike):
 
 
 class Stream:
-    """A recording, as those see it who put rows into it."""
+    """A recording as seen by its writers."""
 
     def __init__(self, recording: rr.RecordingStream, clock: Clock) -> None:
-        """Rows go into `recording`, to where `clock` says that they stand."""
+        """Writes rows to `recording`, at their positions by `clock`."""
         self._recording = recording
         self._clock = clock
 
     @property
     def start_ns(self) -> int:
-        """The stamp that time is counted from."""
+        """The stamp from which time counts."""
         return self._clock.start_ns
 
     def scalars(self, entity: str, rows: Places, values: npt.NDArray[np.float64]) -> None:
-        """Put rows of numbers; `values` has a column for each line of the entity's plot, NaN where there is none."""
+        """Writes rows of numbers; `values` has a column for each line of the entity's plot, NaN for none."""
         for some, indexes in self._clock.pieces(rows):
             block = values if some is None else values[some]
             column = rr.ComponentColumn(
@@ -57,24 +57,24 @@ class Stream:
             rr.send_columns(entity, indexes, [column], recording=self._recording)
 
     def texts(self, entity: str, rows: Places, columns: "Sequence[tuple[ComponentDescriptor, pa.Array]]") -> None:
-        """Put rows of texts, one of each column."""
+        """Writes rows of texts, one of each column."""
         for some, indexes in self._clock.pieces(rows):
             taken = [(what, texts if some is None else texts.take(pa.array(some))) for what, texts in columns]
             sent = [rr.ComponentColumn(what, _Values(texts)) for what, texts in taken]
             rr.send_columns(entity, indexes, sent, recording=self._recording)
 
     def always(self, entity: str, what: Any) -> None:
-        """Put what holds for the entity at any time; the last one counts."""
+        """Writes a static component of the entity; the last one counts."""
         self._recording.log(entity, what, static=True)
 
 
 def path(*parts: str) -> str:
-    """Give the path of an entity as Rerun takes it; parts that are empty are left out."""
+    """Returns the path of an entity; empty parts are left out."""
     return rr.new_entity_path([part(one) for one in parts if one])
 
 
 def part(name: str) -> str:
-    """Give a name as a part of a path, as the core writes those of lanes: no blanks, and what is unsafe as %2F."""
+    """Returns a name as a part of a path, escaped as in the core's lanes: no blanks, unsafe characters as %2F."""
     return "".join("_" if c == " " else c if c.isprintable() and c not in _NO_PART else _percent(c) for c in name)
 
 
@@ -83,22 +83,22 @@ def _percent(char: str) -> str:
 
 
 def escaped(lane: str) -> str:
-    """Give the path of an entity for one whose parts are made already, as those of lanes."""
+    """Returns the path of an entity whose parts are escaped already, as those of lanes."""
     return rr.new_entity_path(lane.split("/"))
 
 
 def plain(column: pa.Array) -> pa.Array:
-    """Give the texts of a column of words."""
+    """Returns the texts of a column of words."""
     return column.dictionary_decode() if pa.types.is_dictionary(column.type) else column
 
 
 def words(column: pa.Array) -> set[str]:
-    """Give the words of a column."""
+    """Returns the distinct words of a column."""
     return {word for word in column.unique().to_pylist() if word is not None}
 
 
 def mapped(column: pa.Array, table: dict[str | None, str]) -> pa.Array:
-    """Give another word for each word of a column, that of None for null."""
+    """Replaces each word of a column by that in `table`, null by that of None."""
     column = column if pa.types.is_dictionary(column.type) else column.dictionary_encode()
     others = pa.array([*(table[word] for word in column.dictionary.to_pylist()), table[None]], pa.string())
     return others.take(column.indices.fill_null(len(others) - 1))

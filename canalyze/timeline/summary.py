@@ -1,6 +1,6 @@
-"""The summary of a capture as a document of a recording, in Markdown.
+"""The summary of a capture as a Markdown document of a recording.
 
-Which blocks there are and what stands in them, `reports/summary_text.py` says. Must not: count or measure.
+The blocks and their content come from `reports/summary_text.py`. Must not: count or measure.
 """
 
 import re
@@ -17,26 +17,26 @@ _FACTS: Final = ("files", "frames", "first_t", "last_t", "seconds", "bit_rate", 
 
 
 def markdown(records: Sequence[Mapping[str, Any]], words: Words, *, dated: bool = False) -> str:
-    """Give the records of one capture as a document. dated: its stamps are dates, which are written as such."""
+    """Returns the records of one capture as a document. dated: stamps are dates, and formatted as such."""
     sheet = _Markdown()
     report(records, sheet, words, stamp=_date if dated else str)
     return "".join(sheet.parts)
 
 
 def listed(lines: Sequence[str], words: Words) -> str:
-    """Give a summary that is in words already as a document, an item each."""
+    """Returns a summary in words as a document with an item per line."""
     items = "".join(f"- {_plain(line)}\n" for line in lines)
     return f"# {_plain(words('timeline.summary'))}\n\n{items}"
 
 
 def facts(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Give what a recording has as its properties; what is not known is left out."""
+    """Returns the properties of a recording; unknown ones are left out."""
     capture = next(record for record in records if record["kind"] == "summary_capture")
     return {key: capture[key] for key in _FACTS if capture[key] is not None}
 
 
 def story_list(incidents: Sequence[Mapping[str, Any]], words: Words) -> str:
-    """Give what went wrong as a document: a chapter a status, an item a problem, its consequences below it.
+    """Returns the diagnosis as a document: a chapter per status, an item per problem, its consequences below it.
 
     incidents: rows of the core's table, in the order of reading, each with `caused` in words.
     """
@@ -56,7 +56,7 @@ def story_list(incidents: Sequence[Mapping[str, Any]], words: Words) -> str:
 
 
 def _date(stamp: str) -> str:
-    """Write a stamp as the viewer does: date and time of day."""
+    """Returns a stamp as the viewer formats it: date and time of day."""
     seconds, _, fraction = str(stamp).partition(".")
     try:
         day = datetime.fromtimestamp(int(seconds), UTC)
@@ -87,5 +87,5 @@ class _Markdown:
 
 
 def _plain(text: str) -> str:
-    """Give a text that Markdown shows as it is."""
+    """Returns a text with Markdown's special characters escaped."""
     return _SPECIAL.sub(r"\\\1", printable(text))
