@@ -622,12 +622,6 @@ def omission(line: bytes) -> int | None:
 def may_hold_command(lines: bytes) -> bool:
     """Whether there is anything in it that the runner of GitHub could take for a command: `::` or `##[`."""
 
-def class_of(kind: str, number: int) -> str | None:
-    """The class by which lanes of the timeline (table `lanes`) show a state as it is on the wire.
-
-    kind: nmt (number: an NMT state) or drive (number: a statusword). None where it has no class.
-    """
-
 def schema() -> bytes:
     """Returns the schema of all records as a JSON list.
 

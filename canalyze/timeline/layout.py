@@ -17,7 +17,6 @@ import rerun.blueprint as rrb
 
 from canalyze.output.layout import width
 from canalyze.timeline import charts
-from canalyze.timeline.blueprint import BAR, LANE, LINKED, TABS, TEXT, Blueprint, Part, Sized, column
 from canalyze.timeline.charts import Chart, Line
 from canalyze.timeline.colours import LINES, WINDOW
 from canalyze.timeline.contents import Contents, Lane
@@ -26,6 +25,21 @@ from canalyze.words import Words
 
 Place = tuple[str, int]
 """A bus as in paths, "" if the capture has no names, and a node of it."""
+
+Part = rrb.Container | rrb.View
+Sized = tuple[Part, float]
+"""A part and its desired height in points; only proportions count."""
+
+LANE: Final = 38
+BAR: Final = 50
+TEXT: Final = 400
+"""Heights in points: of a lane, of the surroundings of lanes, of a log."""
+TABS: Final = 8
+"""Maximum number of nodes with tabs beside the overview; the tabs of more nodes are within one tab."""
+LINKED: Final = rrb.archetypes.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal)
+"""A time axis that zooms with all others."""
+_GLOBAL: Final = "view/5c0dca6a-e63f-9cf7-f657-2602590474cc/TimeAxis"
+"""The range that linked axes share: Rerun's own id, not public. If it changes, only the initial zoom is lost."""
 
 SPAN: Final = "/time_span"
 """Two points without a value, at the recording's ends, which make a plot as wide as the recording."""
@@ -93,6 +107,32 @@ class Plot:
     """True if it has points, whose style is fixed."""
     span: tuple[float, float] | None = None
     """The least and the greatest value of its lines, if they are final."""
+
+
+class Blueprint(rrb.Blueprint):
+    """A layout whose linked time axes open on a range of their own."""
+
+    def __init__(self, root: Part, timeline: str, shown: rr.TimeRange, *, follows: bool = False) -> None:
+        """Shows `root` over a timeline. shown: its initial range. follows: it continues with new rows."""
+        super().__init__(
+            root,
+            rrb.BlueprintPanel(state="collapsed"),
+            rrb.SelectionPanel(state="collapsed"),
+            rrb.TimePanel(state="collapsed", timeline=timeline, play_state="following" if follows else "paused"),
+            auto_views=False,
+            auto_layout=False,
+        )
+        self.shown = shown
+
+    def _log_to_stream(self, stream: rr.RecordingStream) -> None:
+        super()._log_to_stream(stream)
+        stream.log(_GLOBAL, rrb.archetypes.TimeAxis(view_range=self.shown))
+
+
+def column(parts: Iterable[Sized], name: str | None = None) -> rrb.Container:
+    """Arranges parts below each other, in proportion to their desired heights."""
+    parts = list(parts)
+    return rrb.Vertical(*(part for part, _ in parts), row_shares=[height for _, height in parts], name=name)
 
 
 def layout(contents: Contents, words: Words, *, live: bool = False) -> rrb.Blueprint:
