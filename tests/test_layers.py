@@ -106,8 +106,7 @@ MAY_USE: dict[str, set[str]] = {
     },
     "check.verdict": {"finding", "problem"},
     "check.baseline": {*SAID, "configuration.bounded", "finding", "problem", "output.jsonl"},
-    "check.globs": set(),
-    "check.policy": {"check.baseline", "check.globs", "check.verdict", "finding", "problem"},
+    "check.policy": {"check.baseline", "check.verdict", "finding", "problem", "sources.names"},
     "check": {
         *READ,
         "check",

@@ -16,10 +16,9 @@ from stat import S_ISREG
 from typing import Final
 
 from canalyze import expectations
-from canalyze.check.globs import glob
 from canalyze.errors import SourceError
 from canalyze.fleet.stores import is_url, listed, local, opened, reported, tag_of
-from canalyze.sources.names import below, expanded, named_as_capture
+from canalyze.sources.names import below, expanded, matching, named_as_capture
 
 _MAGIC: Final = frozenset("*?[")
 _CHUNK: Final = 1 << 20
@@ -91,7 +90,7 @@ def _stored(source: str) -> Iterator[Capture]:
     place = next((at for at, char in enumerate(source) if char in _MAGIC), len(source))
     store, _, last = source[:place].rpartition("/")
     alone = place == len(source) and last != "" and not store.endswith("/")
-    wanted = glob(source[len(store) + 1 :]) if place < len(source) else None
+    wanted = matching(source[len(store) + 1 :]) if place < len(source) else None
     if alone:
         import obstore
 
@@ -108,7 +107,7 @@ def _stored(source: str) -> Iterator[Capture]:
     with reported(source, SourceError):
         for path, _, tag in sorted(listed(store)):
             hidden = re.search(r"(^|/)[._]", path) is not None
-            if wanted.names(path) if wanted else named_as_capture(path) and not hidden:
+            if wanted.fullmatch(path) if wanted else named_as_capture(path) and not hidden:
                 yield Capture(f"{store}/{path}", path, store, tag)
 
 

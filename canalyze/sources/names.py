@@ -1,12 +1,14 @@
-"""Expands patterns and directories on the command line to the names of captures.
+"""Names of captures: patterns and directories are expanded to files, and globs match names.
 
 Must not: open a file.
 """
 
 import glob
 import os
+import re
 import shlex
 from collections.abc import Iterable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -69,3 +71,43 @@ def expanded(names: Iterable[str]) -> Iterator[Named]:
             if one not in seen:
                 seen.add(one)
                 yield Named(one)
+
+
+_GLOB: Final = re.compile(r"((?:(?:^|(?<=/))\*\*/)+|\*\*|\*|\?|\[!?\]?[^\]]*\])")
+_WILDCARDS: Final = {"*": "[^/]*?", "**": ".*?", "**/": "(?:.*?/)??"}
+
+
+@cache
+def matching(glob: str) -> re.Pattern[str]:
+    """Returns the regular expression of a glob, for `fullmatch`.
+
+    `*` and `?` stay within a directory, `**` does not, `**/` in place of a directory matches any number of them,
+    `[a-z]` and `[!a-z]` are one character. An invalid set is literal. The first match of the text between two wildcards
+    is final (an atomic group), which finds every match and keeps the time short for any glob.
+    """
+    parts = [("", "")]
+    for place, piece in enumerate(_GLOB.split(glob)):
+        wildcard, fixed = parts[-1]
+        if place % 2 and piece[0] == "*":
+            parts.append((piece[:3], ""))
+        else:
+            parts[-1] = wildcard, fixed + (_character(piece) if place % 2 else re.escape(piece))
+    found = group = ""
+    for number, (wildcard, fixed) in enumerate(parts, 1):
+        piece = _WILDCARDS.get(wildcard, "") + fixed
+        if wildcard != "*":
+            found, group = f"{found}(?>{group})", piece
+        else:
+            group += piece if number == len(parts) else f"(?>{piece})"
+    try:
+        return re.compile(found + group, re.DOTALL)
+    except re.error:  # [z-a]
+        return re.compile(re.escape(glob))
+
+
+def _character(piece: str) -> str:
+    """Returns the regular expression of `?` or a set."""
+    if piece == "?":
+        return "[^/]"
+    members = re.sub(r"([\\\[\]^&~|])", r"\\\1", piece[1:-1].removeprefix("!"))
+    return f"(?!/)[{'^' if piece[1] == '!' else ''}{members}]"
