@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 
 from canalyze import _core
 from canalyze.dictionary.model import ARRAY, RECORD, Address, Dictionary, Entry, NodeOffset
-from canalyze.dictionary.values import BYTES, NAMES, decoded
+from canalyze.dictionary.values import BYTES, NAMES, decoded, packed
 from canalyze.errors import SourceError
 
 Record = Mapping[str, Any]
@@ -284,17 +284,11 @@ def _other(case: _Case, kind: str, filed: Any, data: str, size: int) -> Iterator
     if isinstance(filed, NodeOffset):
         filed = filed.at(case.node)
     if isinstance(filed, float) and case.width == 4:
-        filed = decoded(_single(filed), entry.type)
+        filed = decoded(packed(filed, entry.type, case.node), entry.type)
     if isinstance(filed, str):
         filed, value = filed.strip(), value.strip() if isinstance(value, str) else None
     if value is not None and filed != value and entry.type not in BYTES:
         yield from case.says(kind, _spelled(filed, entry), _spelled(value, entry))
-
-
-def _single(value: float) -> bytes:
-    import struct
-
-    return struct.pack("<f", value)
 
 
 def _spelled(value: object, entry: Entry) -> str:

@@ -1,5 +1,6 @@
 """Values of descriptions -> bytes as SDO transfers them, and back; the data types by their codes."""
 
+import math
 import struct
 from typing import Final
 
@@ -31,7 +32,10 @@ def packed(value: Value, kind: int, node: int) -> bytes:
     if isinstance(value, bytes):
         return value
     if kind in REAL:
-        return struct.pack(_REALS[REAL[kind]], value)
+        try:
+            return struct.pack(_REALS[REAL[kind]], value)
+        except OverflowError:  # more than this type holds
+            return struct.pack(_REALS[REAL[kind]], math.copysign(math.inf, value))
     bits = _WIDTHS.get(kind, 64)
     return (int(value) & (1 << bits) - 1).to_bytes(-(-bits // 8), "little")
 
