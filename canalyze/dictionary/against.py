@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 from canalyze import _core
-from canalyze.dictionary.model import ARRAY, RECORD, Address, Dictionary, Entry, NodeOffset
-from canalyze.dictionary.values import BYTES, NAMES, decoded, packed
+from canalyze.dictionary.model import ARRAY, RECORD, Address, Dictionary, Entry, NodeOffset, Value
+from canalyze.dictionary.values import BYTES, NAMES, comparable, decoded, packed
 from canalyze.errors import SourceError
 
 Record = Mapping[str, Any]
@@ -277,24 +277,20 @@ def _is_configuration(case: _Case) -> bool:
     return entry.access != "ro" or case.structural or entry.index in _COMMUNICATION
 
 
-def _other(case: _Case, kind: str, filed: Any, data: str, size: int) -> Iterator[Difference]:
+def _other(case: _Case, kind: str, filed: Value, data: str, size: int) -> Iterator[Difference]:
     entry = case.entry
-    whole = len(data) == 2 * size and case.width in (0, size)  # else its size differs, or not all of it is there
-    value = decoded(bytes.fromhex(data), entry.type) if whole else None
-    if isinstance(filed, NodeOffset):
-        filed = filed.at(case.node)
-    if isinstance(filed, float) and case.width == 4:
-        filed = decoded(packed(filed, entry.type, case.node), entry.type)
-    if isinstance(filed, str):
-        filed, value = filed.strip(), value.strip() if isinstance(value, str) else None
-    if value is not None and filed != value and entry.type not in BYTES:
-        yield from case.says(kind, _spelled(filed, entry), _spelled(value, entry))
+    if len(data) != 2 * size or case.width not in (0, size) or entry.type in BYTES:
+        return  # its size differs, or a part of it is missing
+    known = packed(filed, entry.type, case.node), bytes.fromhex(data)
+    one, other = (decoded(value, entry.type) for value in known)
+    if None not in (one, other) and len({comparable(value, entry.type) for value in known}) > 1:
+        yield from case.says(kind, _spelled(one, entry), _spelled(other, entry))
 
 
 def _spelled(value: object, entry: Entry) -> str:
     """Returns a value as text: an UNSIGNED32 of the communication profile in hexadecimal, text in quotes."""
     if isinstance(value, str):
-        return f'"{value}"'
+        return f'"{value.strip()}"'
     word = entry.index in _COMMUNICATION and NAMES.get(entry.type) == "UNSIGNED32" and isinstance(value, int)
     return f"{value:08X}h" if word else str(value)
 

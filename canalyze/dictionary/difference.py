@@ -10,7 +10,7 @@ from typing import Any, Final, Literal, NamedTuple
 
 from canalyze.dictionary.model import Address, Dictionary, Entry
 from canalyze.dictionary.nature import Nature, standard_nature
-from canalyze.dictionary.values import BYTES, CODES, REAL, SIGNED, STRINGS, packed
+from canalyze.dictionary.values import CODES, comparable, packed
 
 Record = Mapping[str, Any]
 """A line of the core: `od_node` or `od_object`."""
@@ -142,10 +142,10 @@ def compare(both: Sequence[Side | Dictionary], chosen: tuple[int, int] | None, *
 
 def relative(address: Address, data: bytes, node: int | None) -> int | None:
     """Returns a COB-ID without the node-ID that it contains; None if it is no COB-ID, or does not contain it."""
+    if node is None or not any(address[0] in indices and address[1] in subs for indices, subs in _COB_IDS):
+        return None
     number = int.from_bytes(data, "little")
-    holds = any(address[0] in indices and address[1] in subs for indices, subs in _COB_IDS)
-    contains = node is not None and number & _NODE == node and _NODE < number & IDENTIFIER < 0x800
-    return number - (node or 0) if holds and contains else None
+    return number - node if number & _NODE == node and _NODE < number & IDENTIFIER < 0x800 else None
 
 
 def _described(found: Dictionary, node: int | None) -> Side:
@@ -281,9 +281,5 @@ def _reason(
 def _meaning(address: Address, held: Held, kind: int, node: int | None) -> object:
     """Returns the value of an object for comparison. node: removed from a COB-ID, unless None."""
     data = held.data or b""
-    if kind in STRINGS:
-        return data.rstrip(b"\0")
-    if kind in BYTES or kind in REAL or len(data) > 8:
-        return data
     base = relative(address, data, node)
-    return int.from_bytes(data, "little", signed=kind in SIGNED) if base is None else ("relative", base)
+    return comparable(data, kind) if base is None else ("relative", base)

@@ -20,6 +20,7 @@ REAL: Final = {kind: bits for kind, bits in _WIDTHS.items() if NAMES[kind].start
 _REALS: Final = {32: "<f", 64: "<d"}
 _UNICODE: Final = 0x0B
 STRINGS: Final = frozenset({0x09, _UNICODE})
+_PADDING: Final = b"\0 \t\r\n"
 BYTES: Final = frozenset({0x0A, OPAQUE})
 
 
@@ -51,3 +52,12 @@ def decoded(data: bytes, kind: int) -> int | float | str | bytes | None:
     number, bits = int.from_bytes(data, "little", signed=kind in SIGNED), _WIDTHS.get(kind, 0)
     least, beyond = (-1 << bits - 1, 1 << bits - 1) if kind in SIGNED else (0, 1 << bits)
     return number if 0 < len(data) <= 8 and bits and least <= number < beyond else None
+
+
+def comparable(data: bytes, kind: int) -> int | bytes:
+    """Returns a value as it is transferred in a form for comparison: numbers by their value, texts without padding."""
+    if kind in STRINGS:
+        return data.strip(_PADDING)
+    if kind in BYTES or kind in REAL or len(data) > 8:
+        return data
+    return int.from_bytes(data, "little", signed=kind in SIGNED)
