@@ -26,7 +26,7 @@ from canalyze.output import Output, Progress
 from canalyze.running.options import SessionOptions
 from canalyze.running.run import Run
 from canalyze.sinks.target import RECORDS, Target, forms, open_target, suffixes, target
-from canalyze.sources import apart
+from canalyze.sources import pythoncan
 from canalyze.words import Words
 
 ROOT = Path(__file__).parent.parent
@@ -171,7 +171,7 @@ def _pairs() -> Iterator[Any]:
 
 @pytest.mark.parametrize(("path", "form"), list(_pairs()))
 def test_comes_back_as_it_was(tmp_path: Path, path: Path, form: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(apart, "pieces", apart.here)  # saves seconds for each MF4
+    monkeypatch.setattr(pythoncan, "from_process", pythoncan.from_this_process)  # saves seconds for each MF4
     frames, findings = _original(path)
     if not frames:
         pytest.skip("no frames in it")

@@ -13,7 +13,7 @@ from captures import TESTS
 
 PACKAGE = TESTS.parent / "canalyze"
 SAID = {"errors", "words"}
-READ = {*SAID, "_core", "sources.compression", "sources"}
+READ = {*SAID, "_core", "sources"}
 MAY_USE: dict[str, set[str]] = {
     "words": {"_core"},
     "configuration": set(),
@@ -23,7 +23,6 @@ MAY_USE: dict[str, set[str]] = {
     "values": set(),
     "finding": {"values"},
     "problem": {"values"},
-    "sources.compression": set(),
     "pages": set(),
     "configuration.network": {"_core"},
     "errors": {"words"},

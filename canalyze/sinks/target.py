@@ -9,10 +9,33 @@ from pathlib import PurePath
 from types import TracebackType
 from typing import Final, NamedTuple, Self
 
-from canalyze.output import Output, open_output
+from canalyze.output import FileOutput, Output, open_output
 from canalyze.sinks import pythoncan
-from canalyze.sinks.compressed import CompressedOutput
-from canalyze.sources.compression import COMPRESSIONS
+from canalyze.sources.compressed import COMPRESSIONS
+
+
+class CompressedOutput(FileOutput):
+    """A compressed file; complete when its block ends without an error."""
+
+    def __init__(self, name: str, compression: str, *, force: bool) -> None:
+        """Creates the file `name`; `compression` is one of COMPRESSIONS."""
+        self._compressor = COMPRESSIONS[compression].compressor()
+        super().__init__(name, force=force)
+
+    def write(self, data: bytes) -> None:
+        """Compresses and writes."""
+        super().write(self._compressor.compress(data))
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        """Writes the remaining output of the compressor, then ends as every file."""
+        if kind is None:
+            try:
+                super().write(self._compressor.flush())
+            except BaseException as failure:
+                super().__exit__(type(failure), failure, failure.__traceback__)
+                raise
+        super().__exit__(kind, error, at)
+
 
 STDOUT: Final = "-"
 RECORDS: Final = "packed"

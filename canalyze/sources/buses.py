@@ -1,7 +1,8 @@
 """A channel of any python-can interface as blocks of the live stream, listen-only where the adapter can.
 
 Nothing is ever sent. Frames become the records of `packed`; stamps that are no dates are moved by one offset to the
-clock of this host. Must not: read files, or wait for the reader.
+clock of this host. The tables of interfaces are checked against the installed python-can by a test. Must not: read
+files, or wait for the reader.
 """
 
 import contextlib
@@ -13,13 +14,71 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, Final
 
 from canalyze.errors import CanalyzeError, SourceError
-from canalyze.sources import adapters
 from canalyze.sources.library import library
 from canalyze.sources.live import LinkLost, dropped_block, name_block, records_block, until_block
 from canalyze.sources.packed import Packer, Unfit
 
 if TYPE_CHECKING:
     from can import BusABC, Message
+
+
+LISTEN_ONLY: Final[Mapping[str, Mapping[str, object]]] = {
+    "cantact": {"monitor": True},
+    "kvaser": {"driver_mode": False},
+    "nixnet": {"listen_only": True},
+    "pcan": {"state": "PASSIVE"},
+    "seeedstudio": {"operation_mode": "silent"},
+    "slcan": {"listen_only": True},
+    "systec": {"state": "PASSIVE"},
+    "vector": {"listen_only": True},
+}
+"""Settings that keep an adapter from acknowledging frames. Other adapters have no such switch."""
+
+RATED: Final = frozenset({"etas", "gs_usb", "iscan", "ixxat", "neousys", "usb2can"})
+"""Adapters that acknowledge and use a default bit rate where none is given; a wrong one disturbs the bus."""
+
+WIRELESS: Final = frozenset({"udp_multicast", "virtual"})
+"""Interfaces without an adapter: there is nothing to acknowledge."""
+
+SOCKETCAN_ERRORS: Final = frozenset({"gs_usb", "socketcan", "socketcand", "udp_multicast", "virtual"})
+"""Interfaces whose error frames have SocketCAN's layout. The content of others is ignored."""
+
+DATA_RATE: Final[Mapping[str, str]] = {"nixnet": "fd_bitrate"}
+"""Parameter names of the CAN FD data bit rate that differ from `data_bitrate`."""
+
+TIMED: Final[Mapping[str, int]] = {"pcan": 80_000_000, "slcan": 80_000_000}
+"""Interfaces that accept CAN FD rates only as bit timing, with their clock frequency in Hz."""
+
+PIP: Final[Mapping[str, str]] = {
+    "canalystii": "python-can[canalystii]",
+    "cantact": "python-can[cantact]",
+    "gs_usb": "python-can[gs-usb]",
+    "neovi": "python-can[neovi]",
+    "nixnet": "python-can[nixnet]",
+    "robotell": "python-can[serial]",
+    "seeedstudio": "python-can[seeedstudio]",
+    "serial": "python-can[serial]",
+    "slcan": "python-can[serial]",
+    "udp_multicast": "python-can[multicast]",
+}
+"""The pip requirement of each interface."""
+
+DRIVER: Final[Mapping[str, str]] = {
+    "etas": "ETAS BOA (Windows)",
+    "iscan": "Thorsis isCAN (Windows)",
+    "ixxat": "HMS Ixxat VCI (Windows)",
+    "kvaser": "Kvaser CANlib",
+    "neousys": "Neousys WDT_DIO",
+    "neovi": "Intrepid ICS neoVI",
+    "nican": "NI-CAN (Windows)",
+    "nixnet": "NI-XNET (Windows)",
+    "pcan": "PEAK PCAN-Basic",
+    "systec": "SYS TEC USB-CANmodul (Windows)",
+    "usb2can": "8devices usb2can.dll (Windows)",
+    "vector": "Vector XL Driver Library (Windows)",
+}
+"""Vendor libraries that an interface needs and that pip does not install."""
+
 
 _DATES: Final = 1e9
 """Stamps from here on are dates, in seconds (the year 2001). Smaller ones count from a start of the adapter's own."""
@@ -114,9 +173,9 @@ class PythonCan:
         self.first = first
         self._options = dict(options or {})
         self._settings = _settings(interface, bitrate, data_bitrate, self._options, fd=fd)
-        if interface in adapters.RATED and self._settings.keys().isdisjoint(_RATES):
+        if interface in RATED and self._settings.keys().isdisjoint(_RATES):
             raise SourceError("bus.needs_rate", name=channel, interface=interface)
-        self._bare = interface not in adapters.SOCKETCAN_ERRORS
+        self._bare = interface not in SOCKETCAN_ERRORS
         self._bus: BusABC | None = None
         self._lost: SourceError | None = None
         logging.getLogger("can").addHandler(_HEARD)
@@ -128,8 +187,8 @@ class PythonCan:
     @property
     def acknowledges(self) -> bool:
         """True if the adapter acknowledges frames as a node does, because it cannot be switched to listen only."""
-        switch = adapters.LISTEN_ONLY.get(self.interface, {"listen_only": True})
-        return self.interface not in adapters.WIRELESS and switch.keys().isdisjoint(self._settings)
+        switch = LISTEN_ONLY.get(self.interface, {"listen_only": True})
+        return self.interface not in WIRELESS and switch.keys().isdisjoint(self._settings)
 
     def receive(self, timeout_s: float) -> bytes:
         """Waits up to `timeout_s` for frames and returns them as blocks, with the time up to which all have come.
@@ -205,7 +264,7 @@ class PythonCan:
         from can import CanInterfaceNotImplementedError
 
         facts = {"name": self._channel, "interface": self.interface, "problem": _said(error)}
-        pip, driver = adapters.PIP.get(self.interface), adapters.DRIVER.get(self.interface)
+        pip, driver = PIP.get(self.interface), DRIVER.get(self.interface)
         # Without its library a backend fails where it first calls it.
         absent = isinstance(error, CanInterfaceNotImplementedError | ImportError | NameError)
         absent = absent or (self.interface == "pcan" and isinstance(error, OSError) and "not found" in str(error))
@@ -249,10 +308,10 @@ def _settings(
         given["bitrate"] = bitrate
     if fd:
         given["fd"] = True
-        if interface in adapters.TIMED and bitrate and data_bitrate:
-            given["timing"] = _timing(adapters.TIMED[interface], bitrate, data_bitrate)
+        if interface in TIMED and bitrate and data_bitrate:
+            given["timing"] = _timing(TIMED[interface], bitrate, data_bitrate)
         elif data_bitrate is not None:
-            given[adapters.DATA_RATE.get(interface, "data_bitrate")] = data_bitrate
+            given[DATA_RATE.get(interface, "data_bitrate")] = data_bitrate
     return given | options
 
 
@@ -261,8 +320,8 @@ def _listen_only(interface: str) -> Mapping[str, object]:
 
     A plugin or a newer interface is inspected for a `listen_only` parameter.
     """
-    if interface in adapters.LISTEN_ONLY:
-        return adapters.LISTEN_ONLY[interface]
+    if interface in LISTEN_ONLY:
+        return LISTEN_ONLY[interface]
     import importlib
     import inspect
 

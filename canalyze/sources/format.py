@@ -8,8 +8,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
 from canalyze.errors import CanalyzeError, SourceError
-from canalyze.sources.compressed import Damage, Layer, Transcoded, Unpacked
-from canalyze.sources.compression import COMPRESSIONS
+from canalyze.sources.compressed import COMPRESSIONS, Damage, Layer, Transcoded, Unpacked
 from canalyze.sources.file import Source
 
 if TYPE_CHECKING:

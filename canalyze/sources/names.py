@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from canalyze.errors import SourceError
-from canalyze.sources.compression import COMPRESSIONS
+from canalyze.sources.compressed import COMPRESSIONS
 from canalyze.sources.file import STDIN
 
 CAPTURES: Final = frozenset(

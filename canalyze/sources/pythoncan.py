@@ -1,9 +1,10 @@
 """Reads MF4, CSV and SQLite through python-can, in batches of records for the core.
 
 Only this module and `pieces` use its readers, which return one message at a time and are not made for damaged
-files. Text is therefore passed to them line by line (`lines`); an exception becomes damage, the frames before it
-are kept, and everything that the library prints, logs or warns becomes a remark. Must not: decode a format itself
-beyond that.
+files. Text is therefore passed to them line by line (`pieces`); an exception becomes damage, the frames before it
+are kept, and everything that the library prints, logs or warns becomes a remark. asammdf may crash the process on a
+damaged file, so that MF4 is read in a child process, which runs `main` and writes pieces: a tag, a size and the
+payload. If it ends without a final piece, it has crashed. Must not: decode a format itself beyond that.
 
 | form | channel | direction | stamps |
 |---|---|---|---|
@@ -11,19 +12,27 @@ beyond that.
 | csv, sqlite | `can0` | no | as they are, µs where they are dates |
 """
 
+import contextlib
 import gc
+import io
+import logging
+import os
+import signal
 import struct
+import subprocess
+import sys
 import tempfile
 import traceback
+import warnings
 from collections.abc import Generator, Iterator
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from canalyze.errors import CanalyzeError, SourceError
-from canalyze.sources import apart, packed
+from canalyze.sources import packed
 from canalyze.sources.database import Copy, bound, copied, heed
-from canalyze.sources.heard import Heard
 from canalyze.sources.library import has_asammdf, library
 from canalyze.sources.packed import Packer, Unfit
 from canalyze.sources.pieces import CsvText, Pieces, as_numbered, only
@@ -31,6 +40,148 @@ from canalyze.sources.pieces import CsvText, Pieces, as_numbered, only
 if TYPE_CHECKING:
     from canalyze.sources.compressed import Damage as Damaged
     from canalyze.sources.format import Opened
+
+
+RECORDS: Final = b"R"
+REMARK: Final = b"S"
+REFUSED: Final = b"X"
+_END: Final = b"E"
+_HEAD: Final = struct.Struct("<cI")
+_START: Final = "import sys; sys.path[:] = sys.argv[2:]; from canalyze.sources.pythoncan import main; main(sys.argv[1])"
+
+
+class BroughtDown(Exception):
+    """The child process crashed; the message is the name of the signal, or its exit code."""
+
+
+def from_process(path: Path, scratch: Path) -> Iterator[tuple[bytes, bytes]]:
+    """Yields the tagged pieces that the child process writes for a file. Raises BroughtDown if it crashes.
+
+    scratch: a directory for the temporary files of the child process.
+    """
+    # Not in this session: a Ctrl-C is for this process, which ends the other one.
+    with subprocess.Popen(
+        [sys.executable, "-c", _START, str(path), *sys.path],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env=os.environ | {"TMPDIR": str(scratch)},
+        start_new_session=True,
+    ) as process:
+        assert process.stdout is not None
+        try:
+            while len(head := process.stdout.read(_HEAD.size)) == _HEAD.size:
+                tag, size = _HEAD.unpack(head)
+                piece = process.stdout.read(size)
+                if tag == _END:
+                    return
+                if len(piece) == size:
+                    yield tag, piece
+            code = process.wait()
+        finally:
+            process.kill()
+    name = str(code)
+    with suppress(ValueError):
+        name = signal.Signals(-code).name
+    raise BroughtDown(name)
+
+
+def from_this_process(path: Path, _: Path | None = None) -> Iterator[tuple[bytes, bytes]]:
+    """Yields the same pieces as `from_process`, read in this process."""
+    from canalyze.sources.file import Source
+    from canalyze.sources.format import Opened
+
+    opened = Opened(Source(str(path)))
+    with PythonCanCapture(opened, opened.head, "mf4", trusting=True) as capture:
+        data, refusal = b"-", None
+        while data and not refusal:
+            try:
+                data = capture.read()
+            except CanalyzeError as error:
+                refusal = error
+            for remark in capture.remarks():
+                yield REMARK, _problem(remark)
+            if refusal:
+                yield REFUSED, _problem(refusal)
+            elif data:
+                yield RECORDS, data
+
+
+def _problem(error: CanalyzeError) -> bytes:
+    return str(error.facts.get("problem", error)).encode("utf-8", "replace")
+
+
+def main(name: str) -> None:
+    """Reads a file and writes the pieces to standard output; the entry point of the child process."""
+    out = sys.stdout.buffer
+    for tag, piece in from_this_process(Path(name)):
+        out.write(_HEAD.pack(tag, len(piece)) + piece)
+        out.flush()
+    out.write(_HEAD.pack(_END, 0))
+    out.flush()
+
+
+_REMARKS: Final = 20
+"""Maximum number of lines of the libraries that are passed on."""
+
+
+class Heard(logging.Handler):
+    """A context manager that collects the log, warnings and output of the libraries."""
+
+    def __init__(self) -> None:
+        """Starts with no lines."""
+        super().__init__(logging.WARNING)
+        self.errors = False
+        """True if an error was logged."""
+        self._lines: dict[str, None] = {}
+        self._stack = contextlib.ExitStack()
+        self._printed = io.StringIO()
+        self._total = 0
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Collects a log record."""
+        # Of a line of text that cannot be read the core says more.
+        if record.name != "can.io.trc":
+            self._keep(record.getMessage())
+            self.errors |= record.levelno >= logging.ERROR
+
+    def _keep(self, text: str) -> None:
+        line = " ".join(text.split())[:200]
+        if line and line not in self._lines and self._total < _REMARKS:
+            self._total += 1
+            self._lines[line] = None
+
+    def take(self) -> list[str]:
+        """Returns the lines since the last call, without duplicates."""
+        lines, self._lines = list(self._lines), {}
+        return lines
+
+    def __enter__(self) -> Self:
+        """Begins to collect."""
+        for name in ("can", "asammdf"):
+            logger = logging.getLogger(name)
+            self._stack.callback(setattr, logger, "handlers", logger.handlers)
+            self._stack.callback(setattr, logger, "propagate", logger.propagate)
+            logger.handlers, logger.propagate = [self], False
+        self._stack.enter_context(contextlib.redirect_stdout(self._printed))
+        self._stack.enter_context(contextlib.redirect_stderr(self._printed))
+        self._stack.callback(setattr, sys, "unraisablehook", sys.unraisablehook)
+        sys.unraisablehook = lambda _: None  # of objects half made
+        caught = self._stack.enter_context(warnings.catch_warnings(record=True))
+        warnings.simplefilter("always")
+        self._caught = caught or []
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+        """Restores logging, warnings and output."""
+        self._stack.close()
+        for warning in self._caught:
+            self._keep(str(warning.message))
+        for line in self._printed.getvalue().splitlines():
+            self._keep(line)
+        self._printed.seek(0)
+        self._printed.truncate()
+
 
 TITLES: Final = {"mf4": "MF4", "csv": "CSV", "sqlite": "SQLite"}
 """The name of a form in a sentence."""
@@ -42,8 +193,6 @@ _TABLE: Final = "messages"
 """The table that python-can writes."""
 _COMMAS: Final = 6
 """Number of commas in a row of python-can's table."""
-_REMARKS: Final = 20
-"""Maximum number of remarks of the library that are passed on."""
 
 
 class PythonCanCapture:
@@ -171,15 +320,15 @@ class PythonCanCapture:
     def _from_other_process(self, path: Path, scratch: Path) -> Iterator[bytes]:
         batches = 0
         try:
-            for tag, piece in apart.pieces(path, scratch):
-                if tag == apart.RECORDS:
+            for tag, piece in from_process(path, scratch):
+                if tag == RECORDS:
                     batches += 1
                     yield piece
-                elif tag == apart.REMARK:
+                elif tag == REMARK:
                     self.remark(piece.decode())
-                elif tag == apart.REFUSED:
+                elif tag == REFUSED:
                     raise self.refused(piece.decode())
-        except apart.BroughtDown as error:
+        except BroughtDown as error:
             problem = f"asammdf: {error}"
             if batches < 2:  # the first says whose they are
                 raise self.refused(problem) from error
