@@ -20,10 +20,9 @@ from sdo_wire import Channel, expedited_download, expedited_upload, segmented_up
 from test_od_dcf import EVERY, SESSIONS, written
 
 from canalyze.dictionary import load
-from canalyze.dictionary.concise import concise
-from canalyze.dictionary.difference import compare
+from canalyze.dictionary.difference import compare, standard_nature
+from canalyze.dictionary.files import concise
 from canalyze.dictionary.model import Dictionary
-from canalyze.dictionary.nature import standard_nature
 
 NETWORK = SAMPLES / "network/sync-and-pdos.log"
 Rows = list[dict[str, Any]]

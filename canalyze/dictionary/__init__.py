@@ -108,7 +108,7 @@ def _entry(
 def taken(given: "ObjectDictionary", name: str) -> Dictionary:
     """Converts a dictionary of python-canopen, through the EDS that it writes."""
     from canalyze.dictionary import library
-    from canalyze.dictionary.table import table
+    from canalyze.dictionary.library import table
 
     found = read(library.written(given).encode(), name)
     objects = []

@@ -2,11 +2,9 @@
 
 stores.py    folders and object stores behind one interface: named objects
 sources.py   the captures, their content hashes, and their download
-manifest.py  the record of a finished capture; it decides if work is done
+manifest.py  the record of a finished capture; it decides if work is done; a verdict as JSON and back
 task.py      one capture -> its manifest: the work of a worker, on any machine
 run.py       all captures through an executor: a window of them, retries, quarantine
-dask.py      an executor on a Dask cluster
-ray.py       an executor on a Ray cluster
-stored.py    a verdict as JSON and back
+clusters.py  executors on Dask and Ray clusters
 summary.py   all manifests as the reports of `canalyze/reports/`
 """

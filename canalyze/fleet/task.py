@@ -23,7 +23,7 @@ from canalyze.check.workers import Far
 from canalyze.configuration.descriptions import carriers
 from canalyze.configuration.options import known_of
 from canalyze.errors import SourceError
-from canalyze.fleet import manifest, stored
+from canalyze.fleet import manifest
 from canalyze.fleet.manifest import Manifest
 from canalyze.fleet.sources import Capture, content, fetched, stamp
 from canalyze.fleet.stores import place
@@ -143,7 +143,7 @@ def _check(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
         raise SystemExit(128 + examined.signal)
     verdict = policy.judge(examined, work.policy, work.known)
     findings = sum(one.count for one in verdict.failures) + len(verdict.problems)
-    return Result(verdict.error, verdict.frames, findings, stored.row(verdict))
+    return Result(verdict.error, verdict.frames, findings, manifest.stored(verdict))
 
 
 def _records(work: Work, path: str, capture: Capture, tell: Tell, form: str) -> tuple[Read, list[Any]]:
@@ -219,7 +219,7 @@ _ACTIONS: Final = {"check": _check, "diagnose": _diagnose, "summary": _summary, 
 def verdict_of(action: Action, done: Manifest) -> Verdict:
     """Returns the result of a capture as a verdict for reports."""
     if action == "check" and done.result is not None:
-        return replace(stored.verdict(done.result), file=done.capture)
+        return replace(manifest.restored(done.result), file=done.capture)
     return Verdict(done.capture, error=done.error, frames=done.frames, seconds=done.seconds)
 
 

@@ -21,10 +21,8 @@ from textual.driver import Driver
 from textual.widget import Widget
 
 from canalyze.monitor import findings, incidents, nodes, objects, pages, transfers
-from canalyze.monitor.figures import rate
-from canalyze.monitor.grid import Grid, Row
-from canalyze.monitor.keys import VIEWS, Foot, bindings, help_page
-from canalyze.monitor.prompt import Prompt
+from canalyze.monitor.grid import Grid, Row, rate
+from canalyze.monitor.keys import VIEWS, Foot, Prompt, bindings, help_page
 from canalyze.monitor.status import Below, Status
 from canalyze.monitor.trace import Trace
 from canalyze.monitor.watch import Watch

@@ -2,8 +2,7 @@
 
 from typing import Any, Final
 
-from canalyze.monitor.figures import seconds
-from canalyze.monitor.grid import NOTHING, Cell, Column, Row, cell, texts
+from canalyze.monitor.grid import NOTHING, Cell, Column, Row, cell, seconds, texts
 from canalyze.monitor.status import MARKS
 from canalyze.words import Words
 

@@ -7,8 +7,7 @@ not: judge, or sort again.
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
-from canalyze.monitor.figures import BLANK, period
-from canalyze.monitor.grid import Cell, Column, Row, cell, texts
+from canalyze.monitor.grid import BLANK, Cell, Column, Row, cell, period, texts
 from canalyze.words import Words
 
 FOLD: Final = "harmless"

@@ -2,8 +2,7 @@
 
 from typing import Any, Final
 
-from canalyze.monitor.figures import BLANK, rate, seconds
-from canalyze.monitor.grid import Cell, Column, Row, cell, leads, texts
+from canalyze.monitor.grid import BLANK, Cell, Column, Row, cell, leads, rate, seconds, texts
 from canalyze.monitor.incidents import of_node
 from canalyze.words import Words
 

@@ -2,8 +2,7 @@
 
 from typing import Any, Final
 
-from canalyze.monitor.figures import period, rate
-from canalyze.monitor.grid import Cell, Column, Row, cell, leads, texts
+from canalyze.monitor.grid import Cell, Column, Row, cell, leads, period, rate, texts
 from canalyze.words import Words
 
 _STALE: Final = 3

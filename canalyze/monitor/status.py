@@ -6,8 +6,7 @@ from rich.cells import cell_len
 from textual.strip import Strip
 from textual.widget import Widget
 
-from canalyze.monitor.figures import clock, rate
-from canalyze.monitor.grid import Cell, Piece, cell, line
+from canalyze.monitor.grid import Cell, Piece, cell, clock, line, rate
 from canalyze.monitor.incidents import newest, standing
 from canalyze.monitor.keys import VIEWS
 from canalyze.output import printable

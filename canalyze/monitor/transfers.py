@@ -2,8 +2,7 @@
 
 from typing import Any, Final
 
-from canalyze.monitor.figures import bar, period, seconds, size
-from canalyze.monitor.grid import Cell, Column, Row, cell, leads, texts
+from canalyze.monitor.grid import Cell, Column, Row, bar, cell, leads, period, seconds, size, texts
 from canalyze.words import Words
 
 _BAR: Final = 10

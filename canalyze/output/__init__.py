@@ -157,7 +157,7 @@ class Output:
     def shown(self, lines: bytes) -> None:
         """Writes complete lines for people."""
         if self.columns is not None:
-            from canalyze.output.hanging import hanging
+            from canalyze.output.layout import hanging
 
             lines = hanging(lines, self.columns)
         self.write(commandless(lines))

@@ -19,8 +19,17 @@ from canalyze.configuration.network import Known
 from canalyze.configuration.options import ANY_PATH, CaptureOptions, known_of, spelled
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output.writing import in_place
-from canalyze.timeline.fonts import has_chinese
-from canalyze.timeline.viewer import LOCAL, Viewer, address, completed, free_ports, load, need_display, require
+from canalyze.timeline.viewer import (
+    LOCAL,
+    Viewer,
+    address,
+    completed,
+    free_ports,
+    has_chinese,
+    load,
+    need_display,
+    require,
+)
 from canalyze.words import Words
 
 if TYPE_CHECKING:

@@ -11,11 +11,10 @@ import numpy as np
 import pyarrow as pa
 import rerun as rr
 
-from canalyze.timeline.clock import Places, numbers, places
 from canalyze.timeline.colours import COLOURS
 from canalyze.timeline.contents import Contents, Lane
-from canalyze.timeline.stream import LEVEL, STATE, TEXT, Stream, path
-from canalyze.timeline.summary import story_list
+from canalyze.timeline.logs import story_list
+from canalyze.timeline.stream import LEVEL, STATE, TEXT, Places, Stream, numbers, path, places
 from canalyze.words import Words
 
 KIND: Final = "problems"

@@ -11,10 +11,9 @@ import numpy as np
 import pyarrow as pa
 import rerun as rr
 
-from canalyze.timeline.clock import Places, places
 from canalyze.timeline.colours import COLOURS, FAULTS, PLAIN
 from canalyze.timeline.contents import Contents, Lane
-from canalyze.timeline.stream import STATE, Stream, escaped
+from canalyze.timeline.stream import STATE, Places, Stream, escaped, places
 from canalyze.timeline.transfers import LANES, TransferWriter
 
 _EMPTY = '""'

@@ -21,15 +21,13 @@ import pyarrow as pa
 import rerun as rr
 
 from canalyze.errors import OutputError
-from canalyze.timeline.clock import Clock, places
 from canalyze.timeline.contents import Contents
 from canalyze.timeline.incidents import IncidentWriter
 from canalyze.timeline.lanes import LaneWriter
-from canalyze.timeline.logs import LogWriter
+from canalyze.timeline.logs import LogWriter, facts, listed, markdown
 from canalyze.timeline.offering import Offering
 from canalyze.timeline.series import SeriesWriter
-from canalyze.timeline.stream import Stream
-from canalyze.timeline.summary import facts, listed, markdown
+from canalyze.timeline.stream import Clock, Stream, places
 from canalyze.timeline.transfers import TransferWriter
 from canalyze.words import Words
 

@@ -12,10 +12,9 @@ import numpy.typing as npt
 import pyarrow as pa
 import rerun as rr
 
-from canalyze.timeline.clock import Places, places
 from canalyze.timeline.colours import WINDOW
 from canalyze.timeline.contents import Contents, Plot, Series
-from canalyze.timeline.stream import Stream, path, words
+from canalyze.timeline.stream import Places, Stream, path, places, words
 from canalyze.words import Words
 
 _ENDS: Final = 4096

@@ -12,10 +12,9 @@ import numpy.typing as npt
 import pyarrow as pa
 import rerun as rr
 
-from canalyze.timeline.clock import Places
 from canalyze.timeline.colours import COLOURS
 from canalyze.timeline.contents import Contents
-from canalyze.timeline.stream import LEVEL, TEXT, Stream, escaped
+from canalyze.timeline.stream import LEVEL, TEXT, Places, Stream, escaped
 from canalyze.words import Words
 
 LANES: Final = "sdo/"
