@@ -176,10 +176,13 @@ What has no row, the commands and what starts them, may use everything.
 """
 
 
-def imports(path: Path) -> set[str]:
-    """What of the package a file imports, wherever in it, as dotted names behind `canalyze.`."""
+def imports(path: Path, *, typing: bool = True) -> set[str]:
+    """Returns the imports of a file from the package, as dotted names behind `canalyze.`. typing: also for types."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    if not typing:
+        tree.body = [one for one in tree.body if not ast.unparse(one).startswith("if TYPE_CHECKING:")]
+    for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module == "canalyze":
             found |= {alias.name for alias in node.names if (PACKAGE / alias.name).is_dir() or is_file(alias.name)}
         elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("canalyze."):
@@ -187,6 +190,25 @@ def imports(path: Path) -> set[str]:
             deeper = {f"{name}.{alias.name}" for alias in node.names if is_file(f"{name}.{alias.name}")}
             found |= deeper or {name}
     return found
+
+
+def circle(uses: dict[str, set[str]]) -> set[str]:
+    """Returns the files that are in a circle, or between two circles."""
+    left = set(uses)
+    while some := {one for one in left if not uses[one] & left or not any(one in uses[other] for other in left)}:
+        left -= some
+    return left
+
+
+def test_no_files_use_each_other_in_a_circle() -> None:
+    """Imports for types do not count; in two rooms an import within a function still closes a circle."""
+    names = {
+        ".".join(part for part in path.relative_to(PACKAGE).with_suffix("").parts if part != "__init__"): path
+        for path in FILES
+    }
+    uses = {name: imports(path, typing=False) & names.keys() - {name} for name, path in names.items()}
+    assert {one.split(".")[0] for one in circle(uses)} <= {"configuration", "library"}
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": set()}) == {"b", "c"}
 
 
 def is_file(name: str) -> bool:

@@ -232,7 +232,7 @@ def identified(source: "Source | Memory", asked: str | None = None) -> "Capture 
         if form in BRIDGED.values():
             from canalyze.sources.pythoncan import PythonCanCapture
 
-            return PythonCanCapture(opened, opened.head, form, asked=asked is not None)
+            return PythonCanCapture(opened, opened.head, form, formats=input_formats() if asked else ())
         if form not in FORMATS:
             raise SourceError("source.other", name=source.name, kind=form)
         return Capture(opened, form)

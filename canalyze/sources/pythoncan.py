@@ -24,7 +24,7 @@ import sys
 import tempfile
 import traceback
 import warnings
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -47,7 +47,13 @@ REMARK: Final = b"S"
 REFUSED: Final = b"X"
 _END: Final = b"E"
 _HEAD: Final = struct.Struct("<cI")
-_START: Final = "import sys; sys.path[:] = sys.argv[2:]; from canalyze.sources.pythoncan import main; main(sys.argv[1])"
+_START: Final = """import sys
+sys.path[:] = sys.argv[2:]
+from canalyze.sources.file import Source
+from canalyze.sources.format import Opened
+from canalyze.sources.pythoncan import main
+main(Opened(Source(sys.argv[1])))
+"""
 
 
 class BroughtDown(Exception):
@@ -86,12 +92,8 @@ def from_process(path: Path, scratch: Path) -> Iterator[tuple[bytes, bytes]]:
     raise BroughtDown(name)
 
 
-def from_this_process(path: Path, _: Path | None = None) -> Iterator[tuple[bytes, bytes]]:
+def from_this_process(opened: "Opened") -> Iterator[tuple[bytes, bytes]]:
     """Yields the same pieces as `from_process`, read in this process."""
-    from canalyze.sources.file import Source
-    from canalyze.sources.format import Opened
-
-    opened = Opened(Source(str(path)))
     with PythonCanCapture(opened, opened.head, "mf4", trusting=True) as capture:
         data, refusal = b"-", None
         while data and not refusal:
@@ -111,10 +113,10 @@ def _problem(error: CanalyzeError) -> bytes:
     return str(error.facts.get("problem", error)).encode("utf-8", "replace")
 
 
-def main(name: str) -> None:
+def main(opened: "Opened") -> None:
     """Reads a file and writes the pieces to standard output; the entry point of the child process."""
     out = sys.stdout.buffer
-    for tag, piece in from_this_process(Path(name)):
+    for tag, piece in from_this_process(opened):
         out.write(_HEAD.pack(tag, len(piece)) + piece)
         out.flush()
     out.write(_HEAD.pack(_END, 0))
@@ -201,12 +203,12 @@ class PythonCanCapture:
     format: Final = "packed"
 
     def __init__(
-        self, source: "Opened", head: bytes, form: str, *, trusting: bool = False, asked: bool = False
+        self, source: "Opened", head: bytes, form: str, *, trusting: bool = False, formats: Sequence[str] = ()
     ) -> None:
         """Takes ownership of the source; `head` was read from it already, `form` is one of TITLES.
 
-        trusting: read in this process, though the file may crash it. asked: the user has given the form. Raises
-        SourceError if a package that the form needs is not installed.
+        trusting: read in this process, though the file may crash it. formats: those to choose from, if the
+        user has given the form. Raises SourceError if a package that the form needs is not installed.
         """
         self.name = source.name
         self.compression = source.compression
@@ -214,7 +216,7 @@ class PythonCanCapture:
         self.regular = source.regular
         self._source = source
         self._form = form
-        self._asked = asked
+        self._formats = formats
         self._heard = Heard()
         self._remarks: list[CanalyzeError] = []
         self._apart = form == "mf4" and not trusting
@@ -387,10 +389,8 @@ class PythonCanCapture:
     def refused(self, problem: str) -> SourceError:
         """Returns the error for a file that cannot be read at all."""
         said: dict[str, str] = {"name": self.name, "form": TITLES[self._form], "problem": problem}
-        if self._asked:
-            from canalyze.sources.format import input_formats
-
-            return SourceError("bridge.unfit", **said, formats=", ".join(input_formats()))
+        if self._formats:
+            return SourceError("bridge.unfit", **said, formats=", ".join(self._formats))
         return SourceError("bridge.unreadable", **said)
 
 
