@@ -236,7 +236,7 @@ def test_a_bus_gets_a_channel_of_its_own(tmp_path: Path) -> None:
 
 def test_a_sink_that_fails_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(KeyError), open_sink(str(tmp_path / "a.blf"), "blf", force=False) as sink:
-        sink.write(packed.start(0))
+        sink.write(packed.dialect("reader", "x"))
         raise KeyError
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(OutputError):

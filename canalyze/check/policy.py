@@ -31,7 +31,6 @@ _FAILING: Final[dict[Standing, tuple[str, ...]]] = {
 FORMER: Final[dict[str, Standing]] = {"stands": "open", "over": "ended", "never": "never"}
 """Former spellings."""
 Ruling = Severity | Literal["ignore"]
-RULINGS: Final[tuple[Ruling, ...]] = ("ignore", *SEVERITIES)
 """What an override may make of a finding."""
 
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 _FRAME: Final = struct.Struct("<BBBBBBBxIIq").pack
 _OTHER: Final = struct.Struct("<BBHIqq").pack
-_BUS, _START, _DAMAGE, _UNREADABLE, _PASSED_OVER, _DIALECT, _LEFT_OUT = 2, 3, 4, 5, 6, 7, 9
+_BUS, _DAMAGE, _UNREADABLE, _DIALECT = 2, 4, 5, 7
 _STAMP, _FD, _BRS, _ESI, _RX, _TX = 1, 2, 4, 8, 16, 32
 _EFF, _RTR, _ERR = 0x8000_0000, 0x4000_0000, 0x2000_0000
 _MOST_ID: Final = 0x1FFF_FFFF
@@ -40,11 +40,6 @@ def nanoseconds(seconds: float) -> int:
     return round(seconds * 1e6) * 1000
 
 
-def start(date_ns: int) -> bytes:
-    """Returns the record that sets the date from which the following stamps count."""
-    return _other(_START, 0, date_ns)
-
-
 def damage(kind: int, offset: int, size: int | None = None) -> bytes:
     """Returns the record for a lost part of the file, of `size` bytes."""
     return _other(_DAMAGE, kind, offset, -1 if size is None else size)
@@ -53,19 +48,6 @@ def damage(kind: int, offset: int, size: int | None = None) -> bytes:
 def unreadable(reason: int, line: int) -> bytes:
     """Returns the record for a line or row that cannot be read."""
     return _other(_UNREADABLE, reason, line)
-
-
-def passed_over(what: str, count: int) -> bytes:
-    """Returns the record for `count` entries of a kind that are no frames."""
-    return _other(_PASSED_OVER, 0, count, text=what)
-
-
-def left_out(rows: int | None, line: int, last: int | None = None) -> bytes:
-    """Returns the record for rows missing before a line.
-
-    last: the number of the row before the gap, if rows are numbered.
-    """
-    return _other(_LEFT_OUT, 0, -1 if rows is None else rows, -1 if last is None else last, text=str(line))
 
 
 def dialect(name: str, value: str) -> bytes:
@@ -112,12 +94,6 @@ class Packer:
     def directed(self, directed: bool) -> None:
         self._received, self._sent = (_RX, _TX) if directed else (0, 0)
 
-    def error(self, channel: object, seconds: float, line: int = 0) -> bytes:
-        """Returns the record of an error frame without content."""
-        before, index = self._index(channel)
-        self.frames += 1
-        return before + _FRAME(1, _STAMP, index, 0, 0, self.decimals, 0, _ERR, line, nanoseconds(seconds))
-
     def frame(self, message: "Message", line: int = 0, bare: bool = False) -> bytes:
         """Returns the record of a frame, preceded by that of its bus if it is new. Raises Unfit for an invalid frame.
 
@@ -162,11 +138,6 @@ class Packer:
             before, index = self._index(channel)
             return before + _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data
         return _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data
-
-    @property
-    def buses(self) -> dict[object, str]:
-        """The names of the buses met so far, by their channels."""
-        return {channel: self._bus(channel) for channel in self._indices}
 
     def _index(self, channel: object) -> tuple[bytes, int]:
         index = self._indices.get(channel)

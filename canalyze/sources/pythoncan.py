@@ -35,7 +35,7 @@ from canalyze.sources import packed
 from canalyze.sources.database import Copy, bound, copied, heed
 from canalyze.sources.library import has_asammdf, library
 from canalyze.sources.packed import Packer, Unfit
-from canalyze.sources.pieces import CsvText, Pieces, as_numbered, only
+from canalyze.sources.pieces import CsvText
 
 if TYPE_CHECKING:
     from canalyze.sources.compressed import Damage as Damaged
@@ -142,10 +142,8 @@ class Heard(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Collects a log record."""
-        # Of a line of text that cannot be read the core says more.
-        if record.name != "can.io.trc":
-            self._keep(record.getMessage())
-            self.errors |= record.levelno >= logging.ERROR
+        self._keep(record.getMessage())
+        self.errors |= record.levelno >= logging.ERROR
 
     def _keep(self, text: str) -> None:
         line = " ".join(text.split())[:200]
@@ -291,12 +289,14 @@ class PythonCanCapture:
         if self._form in ("mf4", "sqlite"):
             yield from self._from_path(head)
             return
-        pieces: Pieces = CsvText(self)
+        text = CsvText()
         data = head
         while data:
-            yield from _batched(pieces.feed(data))
+            if records := text.feed(data):
+                yield records
             data = self._source.read()
-        yield from _batched(pieces.end(broken=self._broken))
+        if records := text.end(broken=self._broken):
+            yield records
 
     def _from_path(self, head: bytes) -> Iterator[bytes]:
         """Reads through a reader that opens by name: the file itself, or its unpacked content in a temporary file."""
@@ -345,7 +345,7 @@ class PythonCanCapture:
 
     def _messages(self, path: Path, copy: Copy | None) -> Iterator[bytes]:
         can = library(mf4=self._form == "mf4")
-        packer = Packer(6, directed=self._form == "mf4", bus=as_numbered if self._form == "mf4" else only)
+        packer = Packer(6, directed=self._form == "mf4", bus=self._bus)
         row = 0
         problem = None
         try:
@@ -380,6 +380,10 @@ class PythonCanCapture:
             yield packed.damage(packed.REST, 0)
         elif self._heard.errors or (copy and not copy.sound()):  # asammdf goes on without what it could not read
             yield packed.damage(packed.STRUCTURE, 0)
+
+    def _bus(self, channel: object) -> str:
+        """Returns the bus of a channel; only MF4 has channels."""
+        return f"can{channel}" if self._form == "mf4" and isinstance(channel, int) else "can0"
 
     def remark(self, problem: str) -> None:
         """Appends a remark on the file."""
