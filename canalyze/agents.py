@@ -70,13 +70,13 @@ class Folder:
         yield from opened.complaints
 
     def decode(self, capture: str, first: int = 1, last: int = _LAST, **options: Any) -> list[str]:
-        """Return annotated lines, each with the number of its frame."""
+        """Returns annotated lines, each with the number of its frame."""
         expression = f"{options.pop('filter', '')} frame={first}-{max(first, last)}".strip()
         opened = self._opened(capture, filter=expression, **options)
         return opened.through("text", limit=LINES + 1, numbered=True)[1].decode("utf-8", "replace").splitlines()
 
     def explain(self, what: str, eds: Iterable[str] = ()) -> list[str]:
-        """Return the meaning of a frame, a code, an object or a term."""
+        """Returns the meaning of a frame, a code, an object or a term."""
         return canalyze.explain(what, eds=self._described(eds), lang=self._lang, folder=self._root).splitlines()
 
     def sdo(self, capture: str, **options: Any) -> Iterator[str]:
@@ -87,11 +87,11 @@ class Folder:
             yield jsonl.text(kept, compact=True)
 
     def od(self, capture: str, at: float | None = None, **options: Any) -> list[str]:
-        """Return the objects of the devices."""
+        """Returns the objects of the devices."""
         return str(canalyze.od(self._opened(capture, **options), at=at)).splitlines()
 
     def signals(self, capture: str, select: str | None = None, **options: Any) -> Iterable[str]:
-        """Return a line for each signal, or for each value of one."""
+        """Returns a line for each signal, or for each value of one."""
         signals = self._opened(capture, **options).signals
         if select is not None:
             return (f"{row.frame}  {row.t or '-'}  {row.text or row.value}" for row in signals[select])
@@ -151,7 +151,7 @@ class Folder:
 
 
 def schema(tool: str, words: Words) -> dict[str, Any]:
-    """Return the JSON schema of the parameters of a tool."""
+    """Returns the JSON schema of the parameters of a tool."""
     named = {name: {**_PARAMETERS[name], "description": words(f"mcp.{name}")} for name in TOOLS[tool]}
     required = [name for name in named if name in _REQUIRED]
     return {"type": "object", "properties": named, "required": required, "additionalProperties": False}

@@ -184,7 +184,7 @@ def _commanded(args: list[str]) -> list[str]:
 
 
 def _of_a_pipe(args: list[str]) -> bool:
-    """Return true if a capture comes through a pipe or from a file, and nothing but options is said of it."""
+    """Returns true if the input is a pipe or a redirected file, and the arguments are only options."""
     import stat
 
     if (args and not args[0].startswith("-")) or _explains(args) or not {*args}.isdisjoint(COMMANDS):
@@ -199,7 +199,7 @@ def _of_a_pipe(args: list[str]) -> bool:
 
 
 def _renamed(args: list[str]) -> list[str]:
-    """Return the arguments with former spellings replaced by those of today."""
+    """Returns the arguments with former spellings replaced."""
     found: list[str] = []
     rest = list(args)
     while rest:

@@ -67,7 +67,7 @@ def _lost() -> str:
 
 
 def _restarted() -> str:
-    """Node 3 loses its power, comes back with a boot-up that nobody asked for, and is started again later."""
+    """Node 3 loses its power, comes back with an unrequested boot-up, and is started again later."""
     log = _booted(3, 7)
     log.beat(7, 5, 0.557, 8.0, 0.2)
     log.beat(3, 5, 0.553, 2.5, 0.2)
@@ -121,7 +121,7 @@ def _drive() -> str:
 
 
 def _healthy() -> str:
-    """Everything is well, though the master resets all nodes on the way: that was its wish."""
+    """No problem: the master resets all nodes on the way."""
     log = _booted(3, 4)
     for node in (3, 4):
         log.beat(node, 5, 0.55 + node / 1000, 3.0, 0.2)
@@ -163,6 +163,6 @@ _NAMES: Final[Mapping[str, str]] = {
 
 
 def of_pages() -> dict[str, bytes]:
-    """Return the files that the examples on the pages need beside the five captures, by their names."""
+    """Returns the files that the examples on the pages need in addition to the five captures, by their names."""
     files = {path.relative_to(DEMO).as_posix(): path.read_bytes() for path in sorted(DEMO.rglob("*")) if path.is_file()}
     return {name: files[source] for name, source in _NAMES.items()} | files

@@ -23,7 +23,7 @@ _Filed = int | float | str | bytes | tuple[int] | None
 
 
 def load(name: str, node: int | None = None) -> Dictionary:
-    """Read a file ('-' is standard input); `node` overrules the node-ID of a DCF."""
+    """Reads a file ('-' is standard input); `node` overrides the node-ID of a DCF."""
     return read(*contents(name), node)
 
 
@@ -34,7 +34,7 @@ def describes(name: str) -> bool:
     try:
         with open(name, "rb") as file:
             data = file.read(_HEAD)
-    except OSError:  # standard input, and what can be read by nobody
+    except OSError:  # standard input, or an unreadable file
         return False
     return _core.is_description(data)
 
@@ -53,7 +53,7 @@ def contents(name: str) -> tuple[bytes, str]:
 
 
 def read(data: bytes, name: str, node: int | None = None) -> Dictionary:
-    """Read a description from its bytes; `name` is for messages."""
+    """Reads a description from its bytes; `name` is used in messages."""
     try:
         form, encoding, info, device, comments, filed, node_name, rate, objects, dummies, table, pdos, defects = (
             _core.description(data, os.fsencode(name).decode("utf-8", "backslashreplace"))

@@ -247,7 +247,7 @@ def _limits(case: _Case) -> Iterator[Difference]:
     least, most = (float("-inf") if low is None else low), (float("inf") if high is None else high)
     template = (low, high) == (0, 0) or least > most
     own = isinstance(default, int | float) and not least <= default <= most
-    if template or own:  # such limits are none
+    if template or own:  # no real limits
         return
     values = (decoded(bytes.fromhex(data), case.entry.type) for data in case.seen["extremes"])
     beyond = [value for value in values if isinstance(value, int | float) and (value < least or value > most)]

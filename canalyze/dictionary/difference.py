@@ -339,7 +339,7 @@ def _reason(
         return "pdo"
     unknown = [place for place, side in enumerate(held) if side and side.data is None]
     if unknown:
-        # A description without a value says nothing; a capture, that nobody has configured it.
+        # A missing value means nothing in a description, and "not configured" in a capture.
         only = len(unknown) == 1 and not whole[unknown[0]] and not there[unknown[0]].configured
         return None if only and there[1 - unknown[0]].configured else "unknown"
     if any(side.configured for side in there):

@@ -61,7 +61,7 @@ def _row(entry: Entry) -> Row:
         entry.parameter is not None,
         entry.mappable,
         entry.unit,
-        entry.factor or 1.0,  # 0 would make every value 0: it stands for none
+        entry.factor or 1.0,  # 0 means that there is no factor
     )
 
 

@@ -229,7 +229,7 @@ def files_of(done: Manifest) -> list[str]:
 
 
 def problems_of(done: Manifest) -> Diagnosed | None:
-    """Return the problems of a capture; None if it could not be read."""
+    """Returns the problems of a capture; None if it could not be read."""
     if done.result is None:
         return None
     return Diagnosed((done.capture,), [dict(current(one)) for one in done.result["problems"]], done.result)

@@ -237,7 +237,7 @@ class Monitor(App[int]):
             return f" {self._words('monitor.fixed', rate=rate(replay.fixed_rate * replay.speed))}"
         return f" {replay.speed:g}x"
 
-    # Where the rooms stand.
+    # The layout of the views.
 
     def _arrange(self) -> None:
         view, size = self._view, self.size

@@ -270,7 +270,7 @@ class Grid(Widget, can_focus=True):
     def show(self, columns: Sequence[Column], rows: Sequence[Row]) -> None:
         """Sets the rows and draws the differences."""
         natural = [cell_len(column.heading) for column in columns]
-        if len(natural) == len(self._natural):  # never narrower: what stands right of it would jump
+        if len(natural) == len(self._natural):  # never narrower, or the columns to the right would jump
             natural = [max(one) for one in zip(natural, self._natural, strict=True)]
         for row in rows:
             for number, content in enumerate(row.cells):

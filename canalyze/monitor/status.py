@@ -91,7 +91,7 @@ class Status(Lines):
         if sum(_width(item) + 2 for item in items) + (_TITLE if trouble else 0) > self.size.width:
             items = [*heads, *self._figures(snapshot, short=True, scarce=bool(trouble))]
         widths = [_width(item) for item in items]
-        if len(widths) == len(self._widths):  # never narrower: what stands right of it would jump
+        if len(widths) == len(self._widths):  # never narrower, or the items to the right would jump
             widths = [max(pair) for pair in zip(widths, self._widths, strict=True)]
         self._widths = widths if sum(widths) + 2 * len(widths) <= self.size.width else []
         first: list[Piece] = []

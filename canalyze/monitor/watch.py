@@ -173,7 +173,7 @@ class Watch:
         self.failure = self.failure or line
         self.complain(f"canalyze: {line}")
 
-    # What the loop tells and asks.
+    # Called by the reading loop.
 
     @property
     def ended(self) -> bool:

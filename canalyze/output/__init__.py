@@ -187,7 +187,7 @@ class FileOutput(Output):
         self._encoding = None
         self._wanted = self._complete = True
         self._part: Part | None = None
-        # A link that the user names stands for what it points to; one that points to nothing is somebody's, too.
+        # A link given by the user is followed; a dangling one exists, too.
         path = Path(os.path.realpath(name))
         try:
             if _is_device(path):
@@ -331,7 +331,7 @@ class Progress:
     """A progress line on standard error: only on a terminal, and only after a second."""
 
     def __init__(self, words: Words, output: Output, total: int | None, *, until_output: bool = False) -> None:
-        """`total` is the size of all inputs in bytes, None if unknown.
+        """Prepares the line; `total` is the size of all inputs in bytes, None if unknown.
 
         until_output: nothing is written to `output` before the work is done, so the line may use its terminal.
         """
@@ -339,7 +339,7 @@ class Progress:
         self._total = total
         self._done = 0
         self._shown = False
-        # Behind a pipe may be a pager or a filter on the same terminal: the line would stand in their way.
+        # A pager or a filter behind a pipe may use the same terminal, and the line would disturb it.
         room = output.is_quiet or (until_output and output.is_terminal)
         self._wanted = room and sys.stderr is not None and sys.stderr.isatty()
         if self._wanted:

@@ -116,7 +116,7 @@ class Listing(Command):
 
 
 def _is_paged(ctx: click.Context) -> bool:
-    """Return true on a terminal, unless an option says no or the input comes while it is shown."""
+    """Returns true on a terminal, unless an option disables it or the input comes while it is shown."""
     config = ctx.find_object(Config) or Config()
     if not config.pager or terminal_encoding() is None or sys.stdin is None or not sys.stdin.isatty():
         return False
@@ -124,7 +124,7 @@ def _is_paged(ctx: click.Context) -> bool:
 
 
 def _is_stream(name: str) -> bool:
-    """Return true for a pipe or a device."""
+    """Returns true for a pipe or a device."""
     try:
         mode = os.stat(name).st_mode  # noqa: PTH116 - as in `sources.file`
     except (OSError, ValueError):
@@ -176,7 +176,7 @@ def page(
 
 
 def screen(command: click.Command, words: Words, topics: Mapping[str, Sequence[str]]) -> str:
-    """Return what a group prints without a command: usual command lines, its commands by name, and how to get help."""
+    """Returns the output of a group without a command: usual command lines, command names, and how to get help."""
     import shutil
 
     name = command.name or ""

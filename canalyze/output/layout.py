@@ -23,7 +23,7 @@ _COMMENT: Final = "#     "
 
 
 def hanging(lines: bytes, columns: int) -> bytes:
-    """Return whole lines so that none is wider than `columns`."""
+    """Returns the lines so that none is wider than `columns`."""
     if columns <= _NARROW:
         return lines
     text = lines.decode("utf-8", "backslashreplace")
@@ -31,7 +31,7 @@ def hanging(lines: bytes, columns: int) -> bytes:
 
 
 def _broken(line: str, columns: int) -> str:
-    """Return a line without its end, or those that it is broken into."""
+    """Returns a line without its line end, broken if it is too wide."""
     if len(line) <= columns and line.isascii():
         return line
     plain = _COLOUR.sub("", line)
@@ -50,7 +50,7 @@ def _broken(line: str, columns: int) -> str:
 
 
 def _coloured(line: str, texts: list[str], indent: str) -> str:
-    """Return the texts into which a line is broken, with its colours."""
+    """Returns the texts into which a line is broken, with its colours."""
     made = []
     place, colour = 0, ""
     for number, text in enumerate(texts):

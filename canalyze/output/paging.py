@@ -24,7 +24,7 @@ _OPTIONS: Final = "FRX"
 
 
 def program() -> list[str]:
-    """Return the command line of the pager that the environment asks for; empty for none."""
+    """Returns the command line of the pager that the environment selects; empty for none."""
     import shlex
     import shutil
 
@@ -99,6 +99,6 @@ class Pager:
                 self._kept[stream] = os.dup(stream)
                 os.dup2(pipe.fileno(), stream, inheritable=False)
         pipe.close()
-        # What is laid out for the terminal's width still is, although standard output is a pipe now.
+        # Layouts still use the terminal's width, although standard output is a pipe now.
         self._columns = os.environ.get("COLUMNS")
         os.environ["COLUMNS"] = wide

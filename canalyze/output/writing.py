@@ -32,7 +32,7 @@ class Part:
         self.final = final
         self.replace = replace
         before = self._before(final)
-        # What nobody else may read may not be read meanwhile either.
+        # The part is as private as the file that it replaces.
         mode = 0o666 if before is None else stat.S_IMODE(before.st_mode) & 0o777 | stat.S_IWUSR
         self.path, self.fd = _made(final, mode)
 

@@ -23,7 +23,7 @@ class Opener(Protocol):
     """The fixture `canalyze_open`."""
 
     def __call__(self, path: "StrPath | Sequence[StrPath]", **options: "Unpack[Options]") -> "Capture":
-        """Open a capture as `canalyze.open` does, relative names from the folder of the test's file."""
+        """Opens a capture as `canalyze.open` does, with names relative to the folder of the test's file."""
 
 
 CAPTURES: "Final[pytest.StashKey[list[Capture]]]" = pytest.StashKey()
@@ -53,7 +53,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def canalyze_open(request: pytest.FixtureRequest) -> Iterator[Opener]:
-    """Open captures as `canalyze.open` does, relative names from the folder of the test's file."""
+    """Opens captures as `canalyze.open` does, with names relative to the folder of the test's file."""
     import canalyze
 
     captures = request.node.stash.setdefault(CAPTURES, [])
@@ -75,7 +75,7 @@ def canalyze_open(request: pytest.FixtureRequest) -> Iterator[Opener]:
 
 
 def pytest_assertrepr_compare(config: pytest.Config, op: str, left: object, right: object) -> list[str] | None:
-    """Say where two transfers, findings or lists of them differ."""
+    """Explains the differences of two transfers, findings or lists of them."""
     if "canalyze.library.rows" not in sys.modules:
         return None
     from canalyze.pytest_plugin.assertion import compared
@@ -85,7 +85,7 @@ def pytest_assertrepr_compare(config: pytest.Config, op: str, left: object, righ
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Generator[None, Any, None]:
-    """Add the annotated lines of what a failed assertion was about."""
+    """Adds the annotated lines of the subject of a failed assertion."""
     outcome = yield
     report: pytest.TestReport = outcome.get_result()
     if not report.failed or call.excinfo is None or "canalyze.library.capture" not in sys.modules:

@@ -213,7 +213,7 @@ class PythonCan:
                     break
                 try:
                     message, more = self._next(0)
-                except LinkLost as lost:  # what came before it comes first; the next call tells of it
+                except LinkLost as lost:  # earlier frames are returned first; the next call raises it
                     self._lost = lost.error
                     break
                 dropped += more
@@ -293,7 +293,7 @@ class PythonCan:
         while True:
             try:
                 return bus.recv(timeout_s), lost
-            except Exception as error:  # CanOperationError, OSError, and whatever a driver raises
+            except Exception as error:  # CanOperationError, OSError, and any other exception of a driver
                 lost += 1
                 if lost >= _TRIES:
                     raise LinkLost(self.names[0], self._gone(_said(error))) from error
@@ -327,7 +327,7 @@ def _listen_only(interface: str) -> Mapping[str, object]:
 
     from can.interfaces import BACKENDS
 
-    with contextlib.suppress(Exception):  # what is missing is said when it is opened
+    with contextlib.suppress(Exception):  # a missing package is reported when it is opened
         module, name = BACKENDS[interface]
         parameters = inspect.signature(getattr(importlib.import_module(module), name).__init__).parameters
         if "listen_only" in parameters:
@@ -372,7 +372,7 @@ class _Clock:
         """Returns the message with its stamp moved to the host's clock, or stamped on receipt if it has none."""
         now = self._last = time.time()
         stamp = message.timestamp
-        if not stamp > 0:  # also what is no number
+        if not stamp > 0:  # also NaN
             message.timestamp = stamp = now
         elif stamp < _DATES:
             if self._offset is None or stamp < self._stamp - _STEP_BACK_S:

@@ -179,7 +179,7 @@ COMPRESSIONS: Final[dict[str, Compression]] = {
 
 
 PIECE: Final = 1 << 20
-"""Most bytes that one `read` gives."""
+"""Maximum number of bytes returned by one `read`."""
 _TAKEN: Final = 1 << 12
 """Number of bytes passed to a decompressor at once; damage among them costs all of their output."""
 _KEPT: Final = 1 << 16
@@ -221,7 +221,7 @@ class Unpacked:
     """The content of a compressed file, with all its members joined."""
 
     def __init__(self, below: Layer, form: str) -> None:
-        """`form` is one of COMPRESSIONS."""
+        """Creates the layer; `form` is one of COMPRESSIONS."""
         self.damage: Damage | None = None
         self.begins = False
         self.checked = True
@@ -260,7 +260,7 @@ class Unpacked:
         room = PIECE - sum(map(len, pieces))
         while room and not self.damage:
             member = self._member
-            # Bytes are waited for only while there is nothing to give: lines of a pipe are answered when they come.
+            # Waits for input only without output, so that lines of a pipe are answered when they come.
             if (member is None or member.needs_input) and self._at == len(self._raw) and not self._over:
                 if over or pieces:
                     break
@@ -371,7 +371,7 @@ class Transcoded:
     """Text of another encoding as UTF-8; undecodable bytes become U+FFFD."""
 
     def __init__(self, below: Layer, encoding: str) -> None:
-        """`encoding` is a name that Python knows."""
+        """Creates the layer; `encoding` is a name that Python knows."""
         self._below = below
         self._decoder = codecs.getincrementaldecoder(encoding)("replace")
         self._over = False

@@ -61,7 +61,7 @@ class Copy:
                 hidden = connection.execute("SELECT max(hidden) FROM pragma_table_xinfo(?)", (table,)).fetchall()
         except _ERRORS as error:
             heed(error)
-            return False  # whoever reads it says what is wrong with it
+            return False  # the reader reports it
         return any(not stored for (stored,) in kinds) or any(most for (most,) in hidden)
 
     def sound(self) -> bool:

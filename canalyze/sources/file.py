@@ -94,7 +94,7 @@ class Source:
 
         try:
             return not select.select([self._fd], [], [], _REST_S)[0]
-        except (OSError, ValueError):  # not every system can tell
+        except (OSError, ValueError):  # not supported by every system
             return True
 
     def close(self) -> None:

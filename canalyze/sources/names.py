@@ -58,7 +58,7 @@ def expanded(names: Iterable[str]) -> Iterator[Named]:
         if name == STDIN or not glob.has_magic(name) or os.path.lexists(name):
             found = [name]
         else:
-            # Not pathlib's, which gives other names than a shell: without ./ and, before 3.13, with hidden files.
+            # Not pathlib's, whose names differ from a shell's: without ./ and, before 3.13, with hidden files.
             found = sorted(one for one in glob.glob(name, recursive=True) if not Path(one).is_dir())  # noqa: PTH207
             if not found:
                 yield Named(name, SourceError("source.no_match", name=name))

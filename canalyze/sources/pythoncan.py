@@ -363,7 +363,7 @@ class PythonCanCapture:
                         yield packer.frame(message)
                     except (Unfit, TypeError, ValueError, struct.error) as error:
                         yield packed.unreadable(error.reason if isinstance(error, Unfit) else packed.DATA, row)
-        except Exception as error:  # whatever a stranger's file makes the library raise
+        except Exception as error:  # a damaged file may cause any exception in the library
             heed(error)
             problem = _said(error)
             traceback.clear_frames(error.__traceback__)

@@ -256,7 +256,7 @@ class SocketCan:
         hardware_stamps: use the adapter's stamps if it has any. patient: an interface that cannot be opened is lost at
         the beginning. Raises SourceError with the remedy otherwise.
         """
-        can_socket(next(iter(channels), ANY)).close()  # says what is wrong where there is no CAN at all
+        can_socket(next(iter(channels), ANY)).close()  # raises if the system has no CAN at all
         self._poll = select.poll()  # type: ignore[attr-defined, unused-ignore]  # Windows has none
         self.first = first
         self._hardware = hardware_stamps
@@ -302,7 +302,7 @@ class SocketCan:
         for channel in self._channels:
             if channel.socket is not None:
                 dry = self._take(channel, channel.socket.fileno(), blocks, now)
-                if dry and channel.lacks():  # time goes on past them before a frame tells of them
+                if dry and channel.lacks():  # time passes them before a frame reports them
                     blocks.append(gap_block(channel.bus))
                 ends.append(now + channel.offset if dry or channel.stamp is None else channel.stamp)
         moment = time.monotonic()
@@ -445,7 +445,7 @@ class SocketCan:
                 told = watch.recv(_FRAME, _NO_WAIT)
             except BlockingIOError:
                 continue
-            except OSError:  # the interface is gone, which the other socket tells
+            except OSError:  # the interface is gone, which the other socket reports
                 told = b""
             self._poll.unregister(watch)  # once is enough
             channel.watch = None

@@ -102,7 +102,7 @@ class LaneWriter:
             codes = codes.astype(np.int16)  # sorted by counting
         order = np.argsort(codes, kind="stable")
         rows = places(batch)[order]
-        # A state with its class is one number; 0 is none.
+        # A state with its class is one number; 0 means no state.
         stated = _codes(state, -1)
         pairs = np.where(stated < 0, 0, stated * len(classes) + _codes(of_class, len(classes) - 1) + 1)[order]
         places_of = np.zeros(len(texts) * len(classes) + 1, np.int64)

@@ -237,7 +237,7 @@ class _Views:
         lanes = self.kinds()
         used = sum(height for _, height in lanes)
         few = used <= _FEW
-        # Where lanes are many, the points of SDO transfers stand for theirs.
+        # With many lanes, the points of SDO transfers replace theirs.
         others = [*self.syncs(), *self.loads(), *([] if self.many else self.durations())]
         bottom = -(-len(others) // _BOTTOM)
         places = 2 * (int((_HEIGHT - used) // _READ) - bottom) if few else _HEIGHT // _PLOT - len(others)
@@ -271,7 +271,7 @@ class _Views:
         kinds = [kind for kind in KINDS if kind in self.lanes]
         every = [lane for kind in kinds for lane in self.lanes[kind]]
         if not self.many:
-            # Rerun sorts the lanes of a view by their paths, which begin with their kinds: problems stand above NMT.
+            # Rerun sorts the lanes of a view by their paths, which begin with their kinds: problems are above NMT.
             others = [lane for lane in every if lane.kind != "nmt"] + self.values(FILLED - len(every))
             wrong, nmt = self.lanes.get("problems", []), self.lanes.get("nmt", [])
             first = self.states([*wrong, *nmt], "timeline.problems_nmt" if wrong and nmt else None)
@@ -396,7 +396,7 @@ class _Views:
         """Returns the annotated frames."""
         if not self.contents.frames:
             return []
-        # A finding stands with the frame that it is about, also one that was only told later; its code tells it from
+        # A finding is shown at its frame, even if it was reported later; its code distinguishes it from
         # frames, which have no level.
         found = self.contents.findings > 0
         view = rrb.TextLogView(

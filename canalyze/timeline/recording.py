@@ -221,7 +221,7 @@ class Timeline:
                 for row in pairs.group_by(["bus", "node"]).aggregate([]).to_pylist():
                     whose.add((row["bus"] or "", row["node"] or 0))
         buses = sorted({bus for bus, _ in whose})
-        # What is on a live bus within the first moments is chance.
+        # The nodes in the first moments of a live bus are random.
         self._nodes = len({one for one in whose if one[1]})
         nodes = [] if self._live else sorted(one for one in whose if one[1])
         digest = hashlib.sha256(json.dumps([buses, nodes, self._configuration]).encode("utf-8", "surrogatepass"))

@@ -55,7 +55,7 @@ class SeriesWriter:
             plot = pdo.plot
             if not plot.rows:
                 self._contents.plots[plot.entity] = plot
-                # A sample holds until the next one: between two of them nobody sent anything.
+                # A sample holds until the next one.
                 self._named(plot.entity, [one.name for one in plot.series], rr.components.InterpolationMode.StepAfter)
             values = np.empty((len(rows), len(pdo.columns)), np.float64)
             for line, (place, factor) in enumerate(pdo.columns):
@@ -179,7 +179,7 @@ def _series(name: str, meta: dict[str, str]) -> Series:
     if len(name) > _LONGEST:
         # Cut, it may be another one's: the object is not.
         name = f"{name[:_LONGEST]}… ({meta['object']})"
-    # A signal that nobody has named is called by its object: 2000h:01.
+    # An unnamed signal has the name of its object: 2000h:01.
     described = not name.startswith(f"{meta['object'][:4]}h")
     return Series(f"{name} [{unit}]" if unit else name, unit, described, kind=meta.get("kind", ""))
 

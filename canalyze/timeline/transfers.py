@@ -82,7 +82,7 @@ class TransferWriter:
         contents, entity = self._contents, escaped(f"sdo_duration/{channel}")
         if entity not in contents.durations:
             palette = COLOURS["sdo"]
-            # Told of a point that is pointed at: whose it is.
+            # Shown at the point under the cursor.
             done = self._words("timeline.done_line", channel=channel)
             failed = self._words("timeline.failed_line", channel=channel)
             style = rr.SeriesPoints(

@@ -13,7 +13,7 @@ A row is a key and its text in both languages, in the file named as the key's fi
 ends with a blank is put in quotes. `{fact}` is filled in, and is the same in both languages; `{{` is a brace;
 `{count:frame|frames}` is "1 frame", "2 frames".
 
-Words about frames stand in the core (`text/`), never here, and nothing outside this folder prints a sentence.
+Words about frames are in the core (`words/`), never here, and nothing outside this folder prints a sentence.
 """
 
 from functools import cache
