@@ -3,7 +3,7 @@
 watch.py      the thread that reads, and its state
 app.py        the application: the layout of the views, actions of keys, the refresh of the screen
 grid.py       a table whose cells are updated in place; the base of all views; numbers and bars in few columns
-nodes.py, objects.py, transfers.py, findings.py, incidents.py   from a snapshot of the core to rows, one view each
+nodes.py, objects.py, transfers.py, findings.py, problems.py   from a snapshot of the core to rows, one view each
 trace.py      the view of annotated frames: following, scrolled back, filtered, searched
 status.py     the lines above and below the views
 keys.py       all keys: their actions, the foot line, the page of help; the input line for a filter or a search

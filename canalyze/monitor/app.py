@@ -20,7 +20,7 @@ from textual.dom import DOMNode
 from textual.driver import Driver
 from textual.widget import Widget
 
-from canalyze.monitor import findings, incidents, nodes, objects, pages, transfers
+from canalyze.monitor import findings, nodes, objects, pages, problems, transfers
 from canalyze.monitor.grid import Grid, Row, rate
 from canalyze.monitor.keys import VIEWS, Foot, Prompt, bindings, help_page
 from canalyze.monitor.status import Below, Status
@@ -174,7 +174,7 @@ class Monitor(App[int]):
         """Rings for new problems."""
         if self._rung is None:
             return
-        if new := incidents.loud(self._snapshot) - self._rung:
+        if new := problems.loud(self._snapshot) - self._rung:
             self._rung |= new
             self.bell()
 
@@ -198,7 +198,7 @@ class Monitor(App[int]):
             runs = (
                 snapshot[name]["running"]
                 if name == "transfers"
-                else name == "objects" or (name == "problems" and incidents.changing(snapshot))
+                else name == "objects" or (name == "problems" and problems.changing(snapshot))
             )
             part = (snapshot[name], snapshot["now_ns"] if runs else 0, away)
             if not grid.size.width or not _seen(grid) or self._drawn.get(name) == part:
@@ -216,8 +216,8 @@ class Monitor(App[int]):
                 shown = findings.rows(snapshot, buses=several, least=self._severity)
                 grid.show(findings.columns(words, buses=several, least=self._severity), shown)
             else:
-                shown = incidents.rows(snapshot, words, buses=several, unfolded=self._unfolded)
-                grid.show(incidents.columns(words, buses=several), shown)
+                shown = problems.rows(snapshot, words, buses=several, unfolded=self._unfolded)
+                grid.show(problems.columns(words, buses=several), shown)
         if _seen(self.trace) and (self._drawn.get("trace") != snapshot["tally"]["frames"] or not self.paused):
             self._drawn["trace"] = snapshot["tally"]["frames"]
             self.trace.update()
@@ -340,7 +340,7 @@ class Monitor(App[int]):
 
     def _lead(self, row: Row) -> None:
         """Opens the page of a row, or goes to its frames."""
-        if row.key == incidents.FOLD:
+        if row.key == problems.FOLD:
             self._unfolded = not self._unfolded
             self._drawn.pop("problems", None)
             self.draw()

@@ -3,7 +3,7 @@
 from typing import Any, Final
 
 from canalyze.monitor.grid import BLANK, Cell, Column, Row, cell, leads, rate, seconds, texts
-from canalyze.monitor.incidents import of_node
+from canalyze.monitor.problems import of_node
 from canalyze.words import Words
 
 STATES: Final = {

@@ -7,8 +7,8 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from canalyze.monitor.grid import Cell, Piece, cell, clock, line, rate
-from canalyze.monitor.incidents import newest, standing
 from canalyze.monitor.keys import VIEWS
+from canalyze.monitor.problems import newest, open_roots
 from canalyze.output import printable
 from canalyze.output.layout import wrap
 from canalyze.words import Words
@@ -159,7 +159,7 @@ class Status(Lines):
                 "objects": len(snapshot["objects"]) + snapshot.get("objects_more", 0),
                 "transfers": len(snapshot["transfers"]["running"]),
             }
-        stand = len(standing(snapshot))
+        open_count = len(open_roots(snapshot))
         pieces: list[Piece] = []
         for number, name in enumerate(VIEWS, 1):
             look = "here" if name == view else ""
@@ -171,8 +171,8 @@ class Status(Lines):
                 found = snapshot["tally"]["findings"]
                 marks = ((f" {mark}{found[severity]}", severity) for severity, mark in MARKS.items() if found[severity])
                 pieces += marks
-            if name == "problems" and stand:
-                pieces.append((f" ✖{stand}", "error"))
+            if name == "problems" and open_count:
+                pieces.append((f" ✖{open_count}", "error"))
             pieces.append((" ", ""))
         for condition in conditions:
             pieces.append((f" {condition} ", "halted"))

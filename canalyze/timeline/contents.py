@@ -120,7 +120,7 @@ class Contents:
     last_frame: int = 0
     summary: bool = False
     """True if there is a summary, at /summary."""
-    stories: bool = False
+    diagnosis: bool = False
     """True if there is a diagnosis in words, at /diagnosis."""
 
     def widen(self, entity: str, least: float, greatest: float) -> None:

@@ -381,13 +381,13 @@ class _Views:
             )
         if self.contents.summary:
             views.append(rrb.TextDocumentView(origin="/summary", name=self.words("timeline.summary")))
-        if self.contents.stories:
-            stories = rrb.TextDocumentView(origin="/diagnosis", name=self.words("timeline.diagnosis"))
+        if self.contents.diagnosis:
+            diagnosis = rrb.TextDocumentView(origin="/diagnosis", name=self.words("timeline.diagnosis"))
             if whole:
                 # Beside the summary, in front of it.
-                views = [*views[:-1], rrb.Tabs(stories, *views[-1:], active_tab=0)] if views else [stories]
+                views = [*views[:-1], rrb.Tabs(diagnosis, *views[-1:], active_tab=0)] if views else [diagnosis]
             else:
-                views.insert(0, stories)
+                views.insert(0, diagnosis)
         if len(views) > 1 and not whole:
             return [(rrb.Tabs(*views, active_tab=0), TEXT)]
         return [(view, TEXT) for view in views]

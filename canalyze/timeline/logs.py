@@ -42,14 +42,14 @@ def facts(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return {key: capture[key] for key in _FACTS if capture[key] is not None}
 
 
-def story_list(incidents: Sequence[Mapping[str, Any]], words: Words) -> str:
+def problem_list(problems: Sequence[Mapping[str, Any]], words: Words) -> str:
     """Returns the diagnosis as a document: a chapter per status, an item per problem, its consequences below it.
 
-    incidents: rows of the core's table, in the order of reading, each with `caused` in words.
+    problems: rows of the core's table, in the order of reading, each with `caused` in words.
     """
     lines = [f"# {_plain(words('timeline.diagnosis'))}\n"]
     heading = ""
-    for one in incidents:
+    for one in problems:
         if not one["depth"] and one["status"] != heading:
             heading = one["status"]
             lines.append(f"\n## {_plain(words.of('problem_heading', heading))}\n\n")

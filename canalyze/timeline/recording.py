@@ -22,10 +22,10 @@ import rerun as rr
 
 from canalyze.errors import OutputError
 from canalyze.timeline.contents import Contents
-from canalyze.timeline.incidents import IncidentWriter
 from canalyze.timeline.lanes import LaneWriter
 from canalyze.timeline.logs import LogWriter, facts, listed, markdown
 from canalyze.timeline.offering import Offering
+from canalyze.timeline.problems import ProblemWriter
 from canalyze.timeline.series import SeriesWriter
 from canalyze.timeline.stream import Clock, Stream, places
 from canalyze.timeline.transfers import TransferWriter
@@ -106,9 +106,9 @@ class Timeline:
     def finish(self, summary: bytes = b"", lines: Sequence[str] = ()) -> None:
         """Ends the recording with a summary: JSON lines, or lines for people."""
         self._begin()
-        if self._recording and (stories := self._incidents.finish()):
-            self.contents.stories = True
-            self._stream.always("/diagnosis", rr.TextDocument(stories, media_type="text/markdown"))
+        if self._recording and (problems := self._problems.finish()):
+            self.contents.diagnosis = True
+            self._stream.always("/diagnosis", rr.TextDocument(problems, media_type="text/markdown"))
         records = [json.loads(line) for line in summary.splitlines()]
         if self._recording and (records or lines):
             self.contents.summary = True
@@ -145,7 +145,7 @@ class Timeline:
         self._lanes = LaneWriter(stream, contents, transfers, ends=series.ends, at_once=self._live)
         self._series = series
         logs = LogWriter(stream, contents)
-        self._incidents = IncidentWriter(stream, contents, self._words)
+        self._problems = ProblemWriter(stream, contents, self._words)
         self._writers: dict[str, Callable[[pa.RecordBatch], None]] = {
             "pdo": series.pdo,
             "sync_cycles": series.sync,
@@ -153,7 +153,7 @@ class Timeline:
             "lanes": self._lanes.take,
             "log": logs.log,
             "listing": logs.frames,
-            "problems": self._incidents.take,
+            "problems": self._problems.take,
         }
         self._offering = Offering(recording, contents, self._words, viewer=self._connect, live=self._live)
         recording.send_recording_name(self._name)

@@ -13,7 +13,7 @@ import rerun as rr
 
 from canalyze.timeline.colours import COLOURS
 from canalyze.timeline.contents import Contents, Lane
-from canalyze.timeline.logs import story_list
+from canalyze.timeline.logs import problem_list
 from canalyze.timeline.stream import LEVEL, STATE, TEXT, Places, Stream, numbers, path, places
 from canalyze.words import Words
 
@@ -23,10 +23,10 @@ _LEVELS: Final = {"open": "ERROR", "unknown": "WARN", "ended": "WARN", "harmless
 _MS: Final = 1e6
 """Nanoseconds in a millisecond."""
 
-Incident = dict[str, Any]
+Problem = dict[str, Any]
 
 
-class IncidentWriter:
+class ProblemWriter:
     """Writes problems to a recording."""
 
     def __init__(self, stream: Stream, contents: Contents, words: Words) -> None:
@@ -34,7 +34,7 @@ class IncidentWriter:
         self._stream = stream
         self._contents = contents
         self._words = words
-        self._rows: list[Incident] = []
+        self._rows: list[Problem] = []
         self._begins: list[Places] = []
         self._ends: list[Places] = []
 
@@ -60,9 +60,9 @@ class IncidentWriter:
             self._lane(entity, spans)
         for row in rows:
             self._log(row)
-        return story_list([one | {"caused": self._caused(one)} for one in self._rows], self._words)
+        return problem_list([one | {"caused": self._caused(one)} for one in self._rows], self._words)
 
-    def _caused(self, one: Incident) -> str:
+    def _caused(self, one: Problem) -> str:
         """Returns the cause and the delay after it in words; "" for a root."""
         if one["cause"] is None:
             return ""
@@ -70,7 +70,7 @@ class IncidentWriter:
         key = "timeline.caused" if delay is None else "timeline.caused_after"
         return self._words(key, number=one["cause"], ms="" if delay is None else f"{delay / _MS:+.1f}")
 
-    def _title(self, one: Incident) -> str:
+    def _title(self, one: Problem) -> str:
         caused = self._caused(one)
         return f"#{one['id']} {one['message']}" + (f" ({caused})" if caused else "")
 

@@ -18,7 +18,7 @@ _OPEN: Final = ("open", "unknown")
 _LOUD: Final = ("A", "B")
 """Something has stopped, or does not start."""
 
-Incident = Mapping[str, Any]
+Problem = Mapping[str, Any]
 
 
 def columns(words: Words, *, buses: bool) -> list[Column]:
@@ -53,7 +53,7 @@ def changing(snapshot: dict[str, Any]) -> bool:
     return any(one["end_ns"] is None for one in snapshot["problems"])
 
 
-def standing(snapshot: dict[str, Any]) -> list[Incident]:
+def open_roots(snapshot: dict[str, Any]) -> list[Problem]:
     """Returns the root problems that are open, or whose status is not known yet."""
     roots = (one for one in snapshot["problems"] if not one["depth"])
     return [one for one in roots if one["status"] == "open" or (one["status"] == "unknown" and one["provisional"])]
@@ -61,7 +61,7 @@ def standing(snapshot: dict[str, Any]) -> list[Incident]:
 
 def newest(snapshot: dict[str, Any]) -> Cell:
     """Returns the number of open problems and the title of the newest one; empty if there are none."""
-    found = standing(snapshot)
+    found = open_roots(snapshot)
     if not found:
         return ()
     last = max(found, key=lambda one: (one["noticed"], one["id"]))
@@ -80,7 +80,7 @@ def of_node(node: dict[str, Any]) -> str:
     return f"{one['word']}{_mark(one)}" if one else ""
 
 
-def _harmless(found: Sequence[Incident]) -> set[int]:
+def _harmless(found: Sequence[Problem]) -> set[int]:
     """Returns the ids of the harmless problems and their effects."""
     under: set[int] = set()
     for one in found:
@@ -89,11 +89,11 @@ def _harmless(found: Sequence[Incident]) -> set[int]:
     return under
 
 
-def _mark(one: Incident) -> str:
+def _mark(one: Problem) -> str:
     return "?" if one["provisional"] else ""
 
 
-def _row(one: Incident, snapshot: dict[str, Any], words: Words, *, buses: bool) -> Row:
+def _row(one: Problem, snapshot: dict[str, Any], words: Words, *, buses: bool) -> Row:
     status = _status(one, words)
     look = _LOOKS.get(one["status"], "")
     told = f"{'  ' * (one['depth'] - 1)}→ {one['text']}" if one["depth"] else one["text"]
@@ -120,20 +120,20 @@ def _row(one: Incident, snapshot: dict[str, Any], words: Words, *, buses: bool) 
     return Row(one["id"], tuple(cells), whole, leads=one["frame"])
 
 
-def _status(one: Incident, words: Words) -> str:
+def _status(one: Problem, words: Words) -> str:
     """Returns the status in words; a provisional unknown status is shown as open."""
     known = "open" if one["provisional"] and one["status"] == "unknown" else one["status"]
     return words.of("problem_status", known) + _mark(one)
 
 
-def _lasts(one: Incident, now: int | None) -> str:
+def _lasts(one: Problem, now: int | None) -> str:
     end = now if one["end_ns"] is None else one["end_ns"]
     if end is None or one["t_ns"] is None:
         return BLANK
     return period(max(0, end - one["t_ns"]))
 
 
-def _cause(one: Incident, words: Words) -> Iterator[str]:
+def _cause(one: Problem, words: Words) -> Iterator[str]:
     """Yields the delay after its cause, and the confidence of that."""
     if one["cause"] is None:
         return
