@@ -87,7 +87,7 @@ _MOST: Final = 1000
 _LONGEST_S: Final = 0.02
 """Maximum time for which frames are gathered for one block."""
 _MARGIN_S: Final = 0.02
-"""How much later than the latest so far a frame may still arrive."""
+"""Maximum delay of a frame beyond the largest so far."""
 _SILENT_S: Final = 0.1
 """The same before the first frame."""
 _DRIFT: Final = 1e-4

@@ -215,7 +215,7 @@ class Live:
         self._last = b""
         """The blocks passed on last."""
         self._behind: int | None = None
-        """How far the frames' clock was behind the host's when a channel was lost; None before the first time."""
+        """The delay of the frames' clock against the host's when a channel was lost; None before the first time."""
         self._remarks: list[CanalyzeError] = []
         self._told = False
 

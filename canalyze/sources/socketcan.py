@@ -59,13 +59,13 @@ _FRAME: Final = 72
 _CONTROL: Final = 128
 _SLOT: Final = _FRAME + _CONTROL
 _GATHER_S: Final = 0.01
-"""How long frames are gathered if each would be a batch of its own."""
+"""Time for which frames are gathered if each would be a batch of its own."""
 _BUSY_S: Final = 0.02
 """Maximum interval of batches for that."""
 _LOOK_S: Final = 0.1
 """Interval at which the counters are read."""
 _JOIN_NS: Final = 5_000_000
-"""How long frames of several channels are held to be sorted."""
+"""Time for which frames of several channels are held to be sorted."""
 _STEP_NS: Final = 50_000_000
 """A larger step between the clocks means that one was set, or that the host has slept."""
 _SURE_NS: Final = 10_000_000
@@ -73,7 +73,7 @@ _SURE_NS: Final = 10_000_000
 _DATE_NS: Final = 1_000_000_000
 """A hardware stamp further than this from the host's clock is of another clock."""
 _WINDOW_NS: Final = 10_000_000_000
-"""How long the distance of hardware stamps from the host's clock is remembered."""
+"""Time for which the distance of hardware stamps from the host's clock is remembered."""
 _PATIENCE: Final = 50
 """Number of batches without a hardware stamp before their absence is reported."""
 
