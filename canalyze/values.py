@@ -5,6 +5,8 @@ Must not: read or print anything, or know a record.
 
 from typing import Final, Self
 
+DATES_NS: Final = 631_152_000 * 10**9
+"""1990-01-01 in ns: stamps from here on are dates, smaller ones count from some start."""
 _SECONDS_MS: Final = 2000
 
 

@@ -30,9 +30,10 @@ import pyarrow as pa
 from canalyze import __version__
 from canalyze.errors import OutputError
 from canalyze.exporting import FOLDER, TABLES, Target
-from canalyze.exporting.shaping import DATES, RAW, Message, Of, fixed, identifier, kind_of, said_of, wide
+from canalyze.exporting.shaping import RAW, Message, Of, fixed, identifier, kind_of, said_of, wide
 from canalyze.exporting.writing import File
 from canalyze.library.columns import columns
+from canalyze.values import DATES_NS
 
 if TYPE_CHECKING:
     from canalyze._core import Session
@@ -254,7 +255,7 @@ class Export:
     def _moment(self, t: str | None) -> datetime | None:
         """Returns a time of the summary; None without a known date."""
         t_ns = None if t is None else int(Decimal(t) * 10**9)
-        if t_ns is not None and t_ns < DATES:
+        if t_ns is not None and t_ns < DATES_NS:
             t_ns = t_ns + self._of.date_ns if self._of.date_ns else None
         return None if t_ns is None else _EPOCH + timedelta(microseconds=t_ns // 1000)
 

@@ -18,9 +18,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from canalyze.output import printable
+from canalyze.values import DATES_NS
 
-DATES: Final = 631_152_000 * 10**9
-"""1990-01-01 in ns: stamps from here on are dates, smaller ones count from some start."""
 _US: Final = 1000
 _TIME: Final = pa.timestamp("us", "UTC")
 _WORD: Final = pa.dictionary(pa.int32(), pa.string())
@@ -224,12 +223,12 @@ def _column(field: pa.Field, values: pa.Array, unit: str, of: Of) -> Iterator[Ma
 def _times(values: pa.Array, date_ns: int) -> tuple[pa.Array, pa.Array, bool]:
     """Returns stamps with the known date added, the same as timestamps, and true if timestamps hold them all."""
     least = pc.min(values).as_py()
-    if least is not None and least < DATES and date_ns:
-        values = pc.if_else(pc.less(values, DATES), pc.add(values, date_ns), values)
+    if least is not None and least < DATES_NS and date_ns:
+        values = pc.if_else(pc.less(values, DATES_NS), pc.add(values, date_ns), values)
         least = pc.min(values).as_py()
     micros = pc.divide(values, _US)
-    if least is not None and least < DATES:
-        return values, pc.if_else(pc.greater_equal(values, DATES), micros, None).cast(_TIME), False
+    if least is not None and least < DATES_NS:
+        return values, pc.if_else(pc.greater_equal(values, DATES_NS), micros, None).cast(_TIME), False
     return values, micros.cast(_TIME), pc.all(pc.equal(pc.multiply(micros, _US), values)).as_py() is not False
 
 

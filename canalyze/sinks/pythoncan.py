@@ -20,6 +20,7 @@ from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output import FileOutput
 from canalyze.sources.library import library
 from canalyze.sources.packed import nanoseconds
+from canalyze.values import DATES_NS
 
 if TYPE_CHECKING:
     from can import Message
@@ -39,8 +40,6 @@ _HEAD: Final = struct.Struct("<BBBBBBBxIIq")
 _FRAME, _BUS = 1, 2
 _STAMP, _FD, _BRS, _ESI, _RX, _TX = 1, 2, 4, 8, 16, 32
 _EFF, _RTR, _ERR = 0x8000_0000, 0x4000_0000, 0x2000_0000
-_DATED: Final = 631_152_000 * 10**9
-"""Stamps from 1990 on are dates; smaller ones count from zero (as in python-can's BLF writer)."""
 _AHEAD: Final = 50_000
 """Maximum number of frames that wait for the database."""
 
@@ -206,7 +205,7 @@ class _Blf:
 
     def put(self, row: Row) -> None:
         if self._date < 0:
-            self._date = row.ns // 1_000_000 * 1_000_000 if row.ns >= _DATED else 0
+            self._date = row.ns // 1_000_000 * 1_000_000 if row.ns >= DATES_NS else 0
             self._writer.start_timestamp = 0.0
         since = row.ns - self._date
         if since < 0:
@@ -251,7 +250,7 @@ class _Trc:
     def put(self, row: Row) -> None:
         message, writer = row.message, self._writer
         if self._date < 0:
-            self._begin(row.ns // 1_000_000 * 1_000_000 if row.ns >= _DATED else 0)
+            self._begin(row.ns // 1_000_000 * 1_000_000 if row.ns >= DATES_NS else 0)
         if message.is_error_frame:
             self._losses["error_frame"] += 1
             return

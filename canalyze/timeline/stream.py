@@ -16,6 +16,7 @@ import pyarrow as pa
 import rerun as rr
 
 from canalyze.timeline.contents import Contents
+from canalyze.values import DATES_NS
 
 if TYPE_CHECKING:
     from rerun import ComponentDescriptor
@@ -25,9 +26,6 @@ CAPTURE_TIME: Final = "capture_time"
 ELAPSED: Final = "time_since_start"
 FRAME: Final = "frame"
 SYNC_CYCLE: Final = "sync_cycle"
-
-_DATES: Final = 631_152_000 * 10**9
-"""1990-01-01 in ns: stamps from here on are dates, smaller ones count from some start."""
 
 _LEAST: Final = -(2**63) + 1
 """The least valid time in ns; viewers treat the next smaller one as no time."""
@@ -125,7 +123,7 @@ class Clock:
         first: dict[bool, tuple[int, int]] = {}
         for rows in seen:
             for dated in (False, True):
-                (some,) = np.nonzero((rows.t_ns >= _DATES) == dated)
+                (some,) = np.nonzero((rows.t_ns >= DATES_NS) == dated)
                 if len(some):
                     place = some[rows.frame[some].argmin()]
                     one = (int(rows.frame[place]), int(rows.t_ns[place]))
@@ -141,7 +139,7 @@ class Clock:
                 ends = [
                     int(rows.t_ns[which].max()) - self._zeros[not dated]
                     for rows in seen
-                    if (which := ((rows.t_ns >= _DATES) != dated) & (rows.frame < frame)).any()
+                    if (which := ((rows.t_ns >= DATES_NS) != dated) & (rows.frame < frame)).any()
                 ]
                 before = min(max(ends, default=before), _MOST)
             self._zeros[dated] = max(_LEAST - 1, min(t_ns - before, _MOST))
@@ -154,7 +152,7 @@ class Clock:
         """
         if not self._cycles(rows):
             return
-        dates = rows.stamped & (rows.t_ns >= _DATES)
+        dates = rows.stamped & (rows.t_ns >= DATES_NS)
         others = rows.stamped ^ dates
         if (True not in self._zeros and dates.any()) or (False not in self._zeros and others.any()):
             self._learn([rows[rows.stamped]])
