@@ -1,11 +1,11 @@
-"""The command `canalyze`, also as `python -m canalyze`: before anything else is imported, the end is made quiet.
+"""The command `canalyze`, also as `python -m canalyze`; handles signals before anything else is imported.
 
-Ctrl-C, SIGTERM and SIGHUP have an answer from here on, so that none of them ends in a traceback, however early or late
-it comes: while nothing is at stake (imports, the interpreter's own end) the process just goes, with 130, 143 or 129; in
-between the files that are being written are put in order first. While a capture is read, `run.Interrupt` has them.
+Ctrl-C, SIGTERM and SIGHUP never end in a traceback: during imports and at the interpreter's own end the process
+exits at once with 130, 143 or 129; in between, open files are completed first. While a capture is read,
+`run.Interrupt` handles them.
 
-Standard streams that the caller has closed are taken here, so that nothing else can get their numbers: a listing must
-not be written to the socket of a bus.
+Standard streams that the caller has closed are opened here, so that nothing else can get their numbers: a listing
+must not be written to the socket of a bus.
 """
 
 import gc
@@ -28,14 +28,14 @@ def _leave(number: int, _: object) -> None:
 
 
 def _answer(handler: "Callable[[int, FrameType | None], None]") -> None:
-    """Take the signals, except one that the caller ignores (as a shell does for a command in the background)."""
+    """Sets the handler of all signals, except ignored ones (as a shell does for a command in the background)."""
     for number in (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", None)):
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, handler)
 
 
 def _keep_line_ends() -> None:
-    """Let bytes through standard input and output as they are, where the system would else translate line ends."""
+    """Switches the standard streams to binary mode, where the system would translate line ends."""
     if sys.platform == "win32":
         import contextlib
         import msvcrt
@@ -46,7 +46,7 @@ def _keep_line_ends() -> None:
 
 
 def _take_closed_streams() -> None:
-    """Open what refuses every use, as a closed stream does, where one is closed."""
+    """Opens the null device in the wrong mode in place of each closed stream, so that its use fails."""
     for stream in (0, 1, 2):
         try:
             os.fstat(stream)
@@ -64,7 +64,7 @@ gc.set_threshold(50_000)
 
 
 def main() -> int:
-    """Run the command line; give the exit code."""
+    """Runs the command line; returns the exit code."""
     from canalyze.cli import main as run
 
     _answer(_leave)

@@ -1,4 +1,4 @@
-"""The Rust core, as Python sees it: bytes in, annotated bytes out.
+"""The Rust core as Python sees it: bytes in, annotated bytes out.
 
 Words in the core's output are in the session's language; nothing here raises on the content of a capture.
 """
@@ -11,31 +11,31 @@ from canalyze.running.options import SessionOptions
 __version__: str
 
 FORMATS: list[str]
-"""Names of the formats that the core reads: those of --input-format."""
+"""Names of the formats that the core reads, for --input-format."""
 
 SERVICES: list[str]
-"""Services that a frame can belong to, as filters, JSON and tables name them."""
+"""Services of frames, as named in filters, JSON and tables."""
 
 SEVERITIES: list[str]
-"""Severities of findings, from harmless to bad."""
+"""Severities of findings, ascending."""
 
 DATA_TYPES: dict[int, tuple[str, int | None]]
 """Name and width of each data type by its code (CiA 301 7.4.7); bits as in a PDO, None without a fixed size."""
 
 COLOURS: dict[str, str]
-"""What begins each colour of a terminal, by severity, service and what else is emphasized."""
+"""The control sequences that begin the colours of a terminal, by severity, service and other emphasis."""
 
 PLAIN: str
-"""What ends a colour."""
+"""The control sequence that ends a colour."""
 
 WRITERS: list[str]
-"""Names of the formats that the core writes: those of `convert --to`."""
+"""Names of the formats that the core writes, for `convert --to`."""
 
 PROBLEMS: list[str]
-"""Names of the kinds of problem, as `node-silent`."""
+"""Names of the kinds of problems, such as `node-silent`."""
 
 TABLES: list[str]
-"""Names of the tables of columns that a session builds; `pdo` and `wide` stand for those of all PDOs."""
+"""Names of the tables that a session builds; `pdo` and `wide` each mean the tables of all PDOs."""
 
 SETTINGS: dict[str, dict[str, dict[str, tuple[str, str]]]]
 """Keys of canalyze.toml (`config`) and of expectations (`expect`), by their tables, "" outside of tables.
@@ -44,14 +44,14 @@ Of each key the sentence about it, `config.NAME` in `words`, and what it allows 
 """
 
 class SettingsError(Exception):
-    """What is wrong with a file that users write."""
+    """An error in a file written by the user."""
 
     args: tuple[str, dict[str, str]]
-    """The key of the sentence in `words`, and what fills it."""
+    """The key of the sentence in `words`, and its facts."""
 
 @final
 class Check:
-    """[check] of canalyze.toml: what of a capture's findings counts; what it does not say is None, or empty."""
+    """[check] of canalyze.toml; missing values are None or empty."""
 
     fail_on: Literal["error", "warning", "info", "never"] | None
     problems: Literal["open", "ended", "never"] | None
@@ -68,11 +68,11 @@ class Check:
 
 @final
 class Settings:
-    """What canalyze.toml says; what it does not say is None, or empty. An identifier is (value, 29 bits)."""
+    """The content of canalyze.toml; missing values are None or empty. An identifier is (value, 29 bits)."""
 
     lang: str | None
     descriptions: list[tuple[str | None, list[int], str]]
-    """Bus, node-IDs, file as it is written."""
+    """Bus, node-IDs, file as written."""
     cobs: list[tuple[str | None, tuple[int, bool], int, Literal["tpdo", "rpdo"], int]]
     """Bus, identifier, node-ID, direction and number of the PDO."""
     sdos: list[tuple[str | None, tuple[int, bool], tuple[int, bool], int]]
@@ -85,7 +85,7 @@ class Settings:
 
 @final
 class Dictionary:
-    """The flat table of one device description, `$NODEID` unresolved, shared by every node that carries it."""
+    """The flat table of one device description, with `$NODEID` unresolved, shared by all its nodes."""
 
     def __init__(
         self,
@@ -95,7 +95,7 @@ class Dictionary:
         device: str,
         rows: Sequence[tuple[int, int, str, int, str, int | None, bool, bool, bool, str, float]],
     ) -> None:
-        """Take over a description.
+        """Creates the table of a description.
 
         file: its name, for provenance. form: eds | dcf | xdd | concise. device: the product's name, "" where there is
         none.
@@ -111,16 +111,16 @@ class Dictionary:
         ValueError for a form, an access or a number that is none of these.
         """
     file: str
-    """Its name, for provenance."""
+    """The name of its file, for provenance."""
     def pdos(self, dummies: Sequence[int]) -> list[Pdo]:
-        """The PDOs that it presets: RPDOs, then TPDOs, by number.
+        """Returns the PDOs that it presets: RPDOs, then TPDOs, by number.
 
         dummies: codes of data types that may be mapped to skip bits, beside numbers without a sign.
         """
 
 @final
 class Pdo:
-    """One PDO as the device starts with it."""
+    """One PDO with its initial configuration."""
 
     number: int
     direction: Literal["rpdo", "tpdo"]
@@ -136,7 +136,7 @@ class Pdo:
     multiplex: Literal["sam", "dam"] | None
     """An MPDO: it has no mapping."""
     mapped: list[Mapped]
-    """In the order of the payload, up to the first entry that is missing."""
+    """In the order of the payload, up to the first missing entry."""
     bits: int
     """Length of the payload."""
 
@@ -169,19 +169,19 @@ class CobId:
     """Not in the file: the pre-defined connection set, or no PDO at all."""
 
     def at(self, node: int | None) -> int | None:
-        """Give the identifier for a node; None if that needs a node-ID and there is none."""
+        """Returns the identifier for a node; None if it needs a node-ID and there is none."""
 
 def mapping_parameter(direction: str, number: int) -> int:
-    """Give the index of the mapping parameter of a PDO; direction: rpdo | tpdo."""
+    """Returns the index of the mapping parameter of a PDO; direction: rpdo | tpdo."""
 
 class DescriptionError(Exception):
-    """Why a file is no description."""
+    """The reason for which a file is no description."""
 
     args: tuple[str, dict[str, int | str]]
-    """The key of the sentence in `words`, and what fills it beside the file's name."""
+    """The key of the sentence in `words`, and its facts without the file's name."""
 
 _FiledValue = int | float | str | bytes | tuple[int] | None
-"""A value of a description; a tuple holds what is added to the node-ID."""
+"""A value of a description; a tuple is an offset to the node-ID."""
 
 def description(
     content: bytes, file: str
@@ -235,7 +235,7 @@ def description(
     list[Pdo],
     list[tuple[int, str, dict[str, object]]],
 ]:
-    """Read a description of any form; file: its name for provenance. DescriptionError for what is none.
+    """Reads a description of any form; file: its name for provenance. Raises DescriptionError for other files.
 
     Form, encoding, the fields of `FileInfo`, of `Device`, comments, node-ID, name of the node, bit rate, objects with
     the fields of `Object` and `Entry`, dummies, table, PDOs, defects with the fields of `Defect`: all as
@@ -243,31 +243,31 @@ def description(
     """
 
 def is_description(head: bytes) -> bool:
-    """Tell whether a file that begins like this is a description and no capture."""
+    """Returns true if a file with this beginning is a description and not a capture."""
 
 def configured(
     content: bytes, values: Mapping[tuple[int, int], bytes], node: int, keys: Sequence[tuple[str, str]]
 ) -> tuple[str, list[tuple[int, int]]]:
-    """Put values, as SDO transfers them, into a description: the text of a DCF, and the addresses that it cannot hold.
+    """Inserts values, as SDO transfers them, into a description; returns a DCF, and the addresses left out.
 
     keys: of [FileInfo]. DescriptionError where `content` is no description.
     """
 
 def standard_object(index: int, sub: int, profile: int, lang: str) -> tuple[str | None, str | None]:
-    """Give name and type that the standards have for an object; None where they have none.
+    """Returns name and type of an object of the standards; None for other objects.
 
     profile: of the device, as 402; 0 where it is not known. The type is one of the names in DATA_TYPES.
     """
 
 def object_text(index: int, sub: int, data: bytes, kind: int, profile: int, lang: str) -> str:
-    """Give the value of an object as listings show it.
+    """Returns the value of an object as shown in listings.
 
     kind: code of its type; 0: that of the standards, else what the bytes look like. profile: of the device, or 0.
     """
 
 @final
 class Network:
-    """What is known of a network before its capture is read. What the capture itself shows overrules it."""
+    """The known properties of a network. The content of a capture overrides them."""
 
     def __init__(
         self,
@@ -282,7 +282,7 @@ class Network:
         jitter_ns: int | None = None,
         bitrate: int | None = None,
     ) -> None:
-        """Take over what is known. A bus is the name in the capture, None every bus; the one that names a bus wins.
+        """Creates the network. A bus is the name in the capture, None every bus; an entry with a bus has precedence.
 
         descriptions: bus, node-ID 1 to 127, what describes the node.
         cobs: bus, CAN-ID, whether it has 29 bits, node-ID, tpdo | rpdo, number of the PDO 1 to 512.
@@ -295,14 +295,14 @@ class Network:
         ValueError for a number or word that is none of these.
         """
     def pdos(self) -> str:
-        """Give the PDOs in use that are known before a capture, JSON lines as those of the format `pdos`."""
+        """Returns the PDOs known before a capture, as JSON lines of the format `pdos`."""
 
 @final
 class Expectations:
-    """What is expected of a capture: a file of expectations, read and checked."""
+    """A file of expectations, read and checked."""
 
     def __init__(self, content: bytes, file: str) -> None:
-        """Read a file of this content; file: its name in messages. SettingsError for what is wrong with it."""
+        """Reads a file with this content; file: its name in messages. Raises SettingsError for an invalid file."""
     normal: str
     """The normalized form as JSON, as the core judges by it: `file`, and a list for each kind.
 
@@ -329,13 +329,13 @@ class Session:
     """
 
     def __init__(self, options: SessionOptions) -> None:
-        """Start a capture.
+        """Starts a capture.
 
         ValueError (one line, in the session's language) for a value that is none of those listed there, or a filter,
         map or mask that cannot be read.
         """
     def begin(self, name: str, regular: bool, format: str = "candump", input: int = 0) -> None:
-        """The next file starts, in one of FORMATS.
+        """Begins the next file, in one of FORMATS.
 
         name: for messages and JSON. regular: a whole file (not a pipe): dialects may be decided on its first 64 KiB,
         so output may lag by as much. input: files that are joined by time are numbered from 0 in the order in which
@@ -344,34 +344,34 @@ class Session:
         of live buses (`sources/live.py`), which also tell the time.
         """
     def feed(self, data: bytes, input: int = 0) -> bytes:
-        """More bytes of a file, in any chunking; what is known by now, ready for standard output."""
+        """Reads more bytes of a file, in any chunking; returns the output so far."""
     def rest(self) -> bytes:
-        """Nothing more comes at the moment, as in a pipe: what was held back is known by now, as from feed()."""
+        """Returns held back output, because nothing arrives at the moment, as in a pipe."""
     def damaged(self, kind: str, offset: int, bytes: int | None = None, input: int = 0) -> None:
-        """A file's bytes go on no further, since it cannot be unpacked; told by end(), which comes next.
+        """Records that a file cannot be unpacked further; reported by end(), which must be called next.
 
         kind: cut (it ends too early) | checksum | structure | compression | rest | doubtful (all that was unpacked from
         `offset` on may be wrong). offset: where in the file as it is. bytes: how many of it are lost behind what was
         fed. ValueError for another kind.
         """
     def covered(self, input: int = 0) -> None:
-        """What is fed from here on is under a check sum of its own: damage that is told as `doubtful` begins here."""
+        """Begins a part with a checksum of its own: damage reported as `doubtful` begins here."""
     def wants(self) -> int | None:
-        """The input to be fed, or ended, before anything can go on; None when all are over, refused, or done."""
+        """Returns the input to feed or end next; None if all are ended, refused, or done."""
     def refusal(self) -> tuple[str, list[int]] | None:
-        """Why the inputs cannot be joined by time: no_stamps (the input without any) | no_clock.
+        """The reason for which the inputs cannot be joined by time: no_stamps (the input without any) | no_clock.
 
         no_clock: the first one's stamps are times of day, the second one's count from a start that is not told.
         """
     def end(self, interrupted: bool = False, input: int = 0) -> bytes:
-        """A file is over: the rest of its output.
+        """Ends a file; returns the rest of its output.
 
         interrupted: it was the reading that stopped, not the file that ended: a partial line is dropped in silence.
         """
     def finish(self) -> bytes:
-        """The capture is over: transfers still open, and what else is said at the end."""
+        """Ends the capture; returns open transfers and the final output."""
     def batches(self, flush: bool = False) -> list[tuple[str, Batch]]:
-        """Give the batches of tables that were completed since the last call, each with the name of its table.
+        """Returns the batches of tables completed since the last call, each with the name of its table.
 
         A batch ends after 65,536 rows or 16 MiB of text and data, those of PDOs also where all of them together would
         take more than 64 MiB. flush: those that run end now (live sources). After finish(): all of them, and of each
@@ -415,7 +415,7 @@ class Session:
         the first that concerns it and is not over: id word provisional.
         """
     def page(self, bus: str, node: int) -> str:
-        """Give what is known of a node beyond its row, as JSON (format `monitor`).
+        """Returns the details of a node as JSON (format `monitor`).
 
         `identity` is a list of `index`, `sub`, `name`, `text` of objects that were read of it; `pdos` one of `pdo`,
         `id`, `valid`, `type`, `from` (whence the mapping is known) and `objects`, each with `index`, `sub`, `name`,
@@ -435,16 +435,16 @@ class Session:
         ValueError (in words) for a filter that cannot be read.
         """
     def contents(self) -> str:
-        """What is known of the current or last file beyond its frames: a JSON object.
+        """Returns the properties of the current or last file as a JSON object.
 
         dialect: {word of the format's own: value}. passed_over: [{kind, count}], records that are no frames.
         topics: [{name, schema, encoding, messages, read_as, bus}]; read_as: the fields in which a message holds a
         frame, "" where it is not read as one.
         """
     def complaints(self) -> list[str]:
-        """Lines for standard error since the last call (unreadable lines, gaps), each one line, in words."""
+        """Returns lines for standard error since the last call (unreadable lines, gaps), in words."""
     def losses(self, name: str, further: Mapping[str, int] = {}) -> list[str]:
-        """After convert: what the format cannot hold, counted by kind, a line each that begins with `name`.
+        """Returns the data that the format cannot hold, counted by kind, in lines that begin with `name`.
 
         further: what a writer outside of the core has lost of what it was handed, by the names of the core's losses
         (`Loss::NAMES` in writers/loss.rs). ValueError for a name that is none.
@@ -457,13 +457,13 @@ class Session:
         letters, digits, . _ - only.
         """
     def nodes(self) -> str:
-        """Give what each node was seen to do, as a JSON list.
+        """Returns the activity of each node as a JSON list.
 
         Of `bus`, `node`, `state_text`, `silent` ("heartbeat", "guarding" or ""), `frames`, `errors`, `warnings`.
         """
 
     def tally(self) -> str:
-        """What was seen so far, at any time: a JSON object.
+        """Returns the counters so far as a JSON object.
 
         frames, shown. findings: {error, warning, info}, those that were told; repeats of one that are not come with
         finish(). transfers: {ok, aborted, incomplete, failed}, of SDO. expectations: {missed}, null without any.
@@ -472,22 +472,22 @@ class Session:
         """
     @property
     def done(self) -> bool:
-        """As many frames were shown as `count` says: whatever is fed is not taken any more."""
+        """True if `count` frames have been shown; further bytes are ignored."""
     @property
     def holds(self) -> bool:
-        """Frames are held back until the next ones show what the recording did with them."""
+        """True if frames are held back until the next ones show what the recording did with them."""
     @property
     def frames(self) -> int:
-        """Frames read so far, over all files."""
+        """Number of frames read so far, in all files."""
     @property
     def file_frames(self) -> int:
-        """Frames read so far in the file that was fed or ended last."""
+        """Number of frames read so far in the current or last file."""
     @property
     def date_ns(self) -> int | None:
-        """The date from which relative stamps count, in ns since 1970, where a file has one."""
+        """The date from which relative stamps count, in ns since 1970, if a file has one."""
     @property
     def nature(self) -> Literal["silent", "foreign", "unproven", "canopen"]:
-        """What the capture, which is finished, has shown of its buses: that one is CANopen, where one is."""
+        """The nature of the buses of a finished capture, such as CANopen."""
 
 @final
 class Batch:
@@ -508,10 +508,10 @@ class Batch:
         """Names of the columns, in order."""
     @property
     def metadata(self) -> dict[str, str]:
-        """Of the schema: `table`, its name; of those of PDOs also bus, node, pdo, version and lang."""
+        """Metadata of the schema: `table`, its name; for PDOs also bus, node, pdo, version and lang."""
     def __len__(self) -> int: ...
     def column(self, name: str) -> list[Any]:
-        """The values of a column as int, float, str, bytes, bool, lists of these, or None. KeyError: there is none."""
+        """Returns the values of a column as int, float, str, bytes, bool, lists of these, or None. Raises KeyError."""
     def __arrow_c_array__(self, requested_schema: object | None = None) -> tuple[object, object]: ...
     def __arrow_c_schema__(self) -> object: ...
 
@@ -520,7 +520,7 @@ class Table:
     """Batches of one table, as a stream for Arrow's readers: `pyarrow.table(table)`, `polars.DataFrame(table)`."""
 
     def __init__(self, batches: Sequence[Batch]) -> None:
-        """Put them together, in this order. ValueError: there is none, or they are not all of one table."""
+        """Joins the batches in this order. Raises ValueError if there are none, or if they are of several tables."""
     @property
     def name(self) -> str:
         """As that of its batches."""
@@ -535,9 +535,9 @@ class Table:
         """As that of its batches."""
     def __len__(self) -> int: ...
     def batches(self) -> list[Batch]:
-        """Give them one by one."""
+        """Yields the batches."""
     def column(self, name: str) -> list[Any]:
-        """The values of a column, of all batches. KeyError: there is none."""
+        """Returns the values of a column of all batches. Raises KeyError for an unknown one."""
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
     def __arrow_c_schema__(self) -> object: ...
 
@@ -555,7 +555,7 @@ class Comparison:
         tolerance: float = 0.1,
         buses: Sequence[tuple[str, str]] = (),
     ) -> None:
-        """Compare two sessions of format `course` that are finished; what they kept is taken from them.
+        """Compares two finished sessions of format `course`, whose contents are taken.
 
         names: of the files, for JSON. tolerance: by how much periods may differ, as a part of the shorter one.
         buses: names of buses that are one bus, in A and in B; others are matched by name, else by their nodes.
@@ -563,18 +563,18 @@ class Comparison:
         """
     @property
     def buses(self) -> tuple[list[str], list[str]]:
-        """Names of the buses of A and of B; those without a name are not among them."""
+        """Names of the buses of A and of B, without unnamed ones."""
     @property
     def differences(self) -> int:
-        """How many there are; several of the same count once."""
+        """Number of differences; equal ones count once."""
     def first(self) -> tuple[int | None, int | None]:
-        """The frame of the first difference in A and in B; None where that is not known."""
+        """The frame of the first difference in A and in B; None if unknown."""
     def head(self) -> bytes:
-        """What is said above the lines around the first difference."""
+        """Returns the text above the lines around the first difference."""
     def body(self) -> bytes:
-        """What is said below: every difference, by bus and node, and what was compared."""
+        """Returns the text below: every difference, by bus and node, and the extent of the comparison."""
     def jsonl(self) -> bytes:
-        """The same as JSON lines."""
+        """Returns the comparison as JSON lines."""
 
 @final
 class Rule:
@@ -589,19 +589,19 @@ class Rule:
     cause: str
 
 def rules(lang: str = "zh") -> list[Rule]:
-    """Every rule, in order of its code, in words of that language."""
+    """Returns all rules, in order of their codes, in words of that language."""
 
 def diagnosis_words(lang: str) -> list[tuple[str, str]]:
-    """The words of a diagnosis, by the values of machine output: `status.open`."""
+    """Returns the words of a diagnosis, by the values of machine output: `status.open`."""
 
 def verdict(lang: str, nature: str, counts: Sequence[int]) -> tuple[str, str]:
-    """The verdict about some roots: the status of the worst, and its words.
+    """Returns the verdict on some roots: the worst status, and its words.
 
     nature: of the capture; counts: how many are open, of unknown status, ended, harmless.
     """
 
 def explain(line: str, lang: str = "zh", network: Network | None = None) -> str | None:
-    """One frame (candump log or console form, or cansend's ID#DATA) field by field; or what a code is.
+    """Explains a frame (candump log or console form, or cansend's ID#DATA) field by field, or a code.
 
     A code is that of a rule, a kind of problem, an abort code, `8130h`, `1016h:01`, `182`, one with a word before it
     (`emcy 8130`, `register 11`, `statusword 0218`), or a term of CANopen (`inhibit time`). None for anything else;
@@ -610,23 +610,17 @@ def explain(line: str, lang: str = "zh", network: Network | None = None) -> str 
     """
 
 def sniff(head: bytes, complete: bool) -> str | None:
-    """The format of the input that begins with `head`; None while more bytes are needed to tell.
+    """Returns the format of the input that begins with `head`; None if more bytes are needed.
 
     complete: there are no more bytes. Beside FORMATS: blf mf4 sqlite trc csv (other programs' readers), gzip xz zstd
     bzip2 (to be unpacked first), utf-16 utf-16le utf-16be (text of another encoding).
     """
 
 def omission(line: bytes) -> int | None:
-    """Rows that a line of a listing says were left out, -1 where it does not tell how many; None for any other line."""
+    """Returns the number of rows that a line of a listing marks as omitted, -1 if unknown; None for other lines."""
 
 def may_hold_command(lines: bytes) -> bool:
-    """Whether there is anything in it that the runner of GitHub could take for a command: `::` or `##[`."""
-
-def class_of(kind: str, number: int) -> str | None:
-    """The class by which lanes of the timeline (table `lanes`) show a state as it is on the wire.
-
-    kind: nmt (number: an NMT state) or drive (number: a statusword). None where it has no class.
-    """
+    """Returns true if the lines may contain a command of GitHub's runner: `::` or `##[`."""
 
 def schema() -> bytes:
     """Returns the schema of all records as a JSON list.
@@ -638,34 +632,34 @@ def schema() -> bytes:
     """
 
 def settings(content: bytes, file: str) -> Settings:
-    """Read a canalyze.toml; file: its name in messages. SettingsError for what is wrong with it."""
+    """Reads a canalyze.toml; file: its name in messages. Raises SettingsError for an invalid file."""
 
 def node(text: str) -> int | None:
-    """Read a node-ID, decimal or hexadecimal with 0x; like all that follow None for what cannot be read."""
+    """Parses a node-ID, decimal or hexadecimal with 0x; this and all following return None for invalid text."""
 
 def nodes(text: str) -> tuple[int, ...] | None:
-    """Read node-IDs: a list of single ones and of ranges such as 1-4."""
+    """Parses node-IDs: a list of single ones and of ranges such as 1-4."""
 
 def can_id(text: str) -> tuple[int, bool] | None:
-    """Read an identifier: up to three hexadecimal digits; eight are the 29-bit format, which the second value tells."""
+    """Parses an identifier: up to three hexadecimal digits; eight are the 29-bit format, the second value."""
 
 def pdo(text: str) -> tuple[Literal["tpdo", "rpdo"], int] | None:
-    """Read the name of a PDO, such as TPDO1."""
+    """Parses the name of a PDO, such as TPDO1."""
 
 def pdo_mapping(text: str) -> tuple[int, Literal["tpdo", "rpdo"], int, list[tuple[int, int, int]]] | None:
-    """Read PDO=MAPPING: node-ID, direction, number, and the objects of its mapping parameter (index, sub, value)."""
+    """Parses PDO=MAPPING: node-ID, direction, number, and the objects of its mapping parameter (index, sub, value)."""
 
 def profile(text: str) -> int | None:
-    """Read the number of a device profile whose default mappings are known."""
+    """Parses the number of a device profile with known default mappings."""
 
 def address(text: str) -> tuple[int, int | None] | None:
-    """Read index and sub-index of an object, 1017:00 in hexadecimal (1017h:0, 0x1017:00); no sub-index: all of them."""
+    """Parses the address of an object, 1017:00 in hexadecimal (1017h:0, 0x1017:00); no sub-index: all of them."""
 
 def tolerance(text: str) -> int | None:
-    """Read a time from zero on, in microseconds or with the suffix us, ms or s; give it in nanoseconds."""
+    """Parses a time from zero on, in microseconds or with the suffix us, ms or s; returns it in nanoseconds."""
 
 def bit_rate(text: str) -> int | None:
-    """Read a bit rate in bit/s, or with the suffix k or M."""
+    """Parses a bit rate in bit/s, or with the suffix k or M."""
 
 def codes(text: str) -> tuple[str, ...] | None:
-    """Read codes of rules, or their beginnings, with commas between: `SDO001,HBT`."""
+    """Parses codes of rules, or their beginnings, separated by commas: `SDO001,HBT`."""

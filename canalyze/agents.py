@@ -1,7 +1,7 @@
 """Tools for agents: captures of one folder, read-only, with bounded answers; `commands/mcp.py` serves them.
 
-An answer that is cut says so, and an error is one line. Names lead nowhere but into the folder: neither `..` nor
-absolute ones nor links out of it are followed. Must not: write, or print.
+A truncated answer ends in a note, and an error is one line. Names must be within the folder: `..`, absolute names
+and links out of it are refused. Must not: write, or print.
 """
 
 import json
@@ -17,13 +17,13 @@ from canalyze.sources.names import below
 from canalyze.words import Words
 
 LINES: Final = 200
-"""Of an answer at most."""
+"""Maximum number of lines of an answer."""
 BYTES: Final = 24_000
-"""Of an answer at most, without the line that says that it is cut."""
+"""Maximum size of an answer, without the note that it is truncated."""
 _LAST: Final = 4_294_967_295
-"""A frame behind the last one of every capture."""
+"""A frame number beyond every capture."""
 _LEFT_OUT: Final = frozenset({"kind", "data", "reordered", "retransmissions", "crc_negotiated"})
-"""Keys of a transfer."""
+"""Keys of a transfer that are left out."""
 _TEXT: Final = {"type": "string"}
 _PARAMETERS: Final[dict[str, dict[str, Any]]] = {
     **dict.fromkeys(("capture", "filter", "select", "what"), _TEXT),
@@ -46,10 +46,10 @@ _REQUIRED: Final = {"capture", "what"}
 
 
 class Folder:
-    """The tools on the files of a folder; each gives the lines of its answer."""
+    """The tools on the files of a folder; each returns the lines of its answer."""
 
     def __init__(self, folder: str, words: Words) -> None:
-        """Take the folder; SourceError where there is none."""
+        """Opens the folder. Raises SourceError if there is none."""
         self._words = words
         self._lang: Any = words.lang
         self._root = Path(folder).resolve()
@@ -57,41 +57,41 @@ class Folder:
             raise SourceError("mcp.no_folder", name=folder)
 
     def captures(self) -> Iterator[str]:
-        """Return the files that are named as captures or as device descriptions, with their sizes."""
+        """Yields the captures and device descriptions, by their names, with their sizes."""
         described = (path for end in ("dcf", "eds", "xdd") for path in sorted(self._root.rglob(f"*.{end}")))
         for path in (*map(Path, below(str(self._root))), *described):
             if path.is_file() and path.resolve().is_relative_to(self._root):
                 yield f"{path.relative_to(self._root).as_posix()}  {path.stat().st_size}"
 
     def diagnose(self, capture: str, **options: Any) -> Iterator[str]:
-        """Return the report, and the complaints about the file."""
+        """Yields the report, and the complaints about the file."""
         opened = self._opened(capture, **options)
         yield from str(canalyze.diagnose(opened)).splitlines()
         yield from opened.complaints
 
     def decode(self, capture: str, first: int = 1, last: int = _LAST, **options: Any) -> list[str]:
-        """Return annotated lines, each with the number of its frame."""
+        """Returns annotated lines, each with the number of its frame."""
         expression = f"{options.pop('filter', '')} frame={first}-{max(first, last)}".strip()
         opened = self._opened(capture, filter=expression, **options)
         return opened.through("text", limit=LINES + 1, numbered=True)[1].decode("utf-8", "replace").splitlines()
 
     def explain(self, what: str, eds: Iterable[str] = ()) -> list[str]:
-        """Return the meaning of a frame, a code, an object or a term."""
+        """Returns the meaning of a frame, a code, an object or a term."""
         return canalyze.explain(what, eds=self._described(eds), lang=self._lang, folder=self._root).splitlines()
 
     def sdo(self, capture: str, **options: Any) -> Iterator[str]:
-        """Return transfers, a JSON object each, without their bytes."""
+        """Yields transfers, a JSON object each, without their bytes."""
         for line in self._opened(capture, **options).through("transfers")[1].splitlines():
             row = json.loads(line)
             kept = {key: value for key, value in row.items() if key not in _LEFT_OUT and value not in (None, [])}
             yield jsonl.text(kept, compact=True)
 
     def od(self, capture: str, at: float | None = None, **options: Any) -> list[str]:
-        """Return the objects of the devices."""
+        """Returns the objects of the devices."""
         return str(canalyze.od(self._opened(capture, **options), at=at)).splitlines()
 
     def signals(self, capture: str, select: str | None = None, **options: Any) -> Iterable[str]:
-        """Return a line for each signal, or for each value of one."""
+        """Returns a line for each signal, or for each value of one."""
         signals = self._opened(capture, **options).signals
         if select is not None:
             return (f"{row.frame}  {row.t or '-'}  {row.text or row.value}" for row in signals[select])
@@ -102,14 +102,14 @@ class Folder:
         return canalyze.open(self._inside(capture), eds=described, lang=self._lang, folder=self._root, **options)
 
     def _described(self, eds: Iterable[str]) -> list[str]:
-        """Return descriptions as they were given; what is none is complained of where it is read."""
+        """Returns the descriptions as given; each must be a file in the folder."""
         given = list(eds)
         for one in filter(None, map(description, given)):
             self._inside(one.file)
         return given
 
     def _inside(self, name: str) -> str:
-        """Return a name; SourceError where it is no file in the folder."""
+        """Returns a name. Raises SourceError if it is no file in the folder."""
         path = PurePath(name)
         try:
             real = (self._root / path).resolve()
@@ -121,7 +121,7 @@ class Folder:
         return name
 
     def answer(self, tool: str, arguments: dict[str, Any]) -> tuple[str, bool]:
-        """Return the text of an answer, and true if it is an error; that is one line."""
+        """Returns the text of an answer, and true if it is an error, in one line."""
         import jsonschema
 
         try:
@@ -151,7 +151,7 @@ class Folder:
 
 
 def schema(tool: str, words: Words) -> dict[str, Any]:
-    """Return the JSON schema of the parameters of a tool."""
+    """Returns the JSON schema of the parameters of a tool."""
     named = {name: {**_PARAMETERS[name], "description": words(f"mcp.{name}")} for name in TOOLS[tool]}
     required = [name for name in named if name in _REQUIRED]
     return {"type": "object", "properties": named, "required": required, "additionalProperties": False}

@@ -1,15 +1,15 @@
-"""Everything that can go wrong for a reason outside the program, as one tree.
+"""All errors with a cause outside the program, as one tree.
 
     CanalyzeError
-    ├── ConfigError     canalyze.toml, CANALYZE_LANG or a global option says something that cannot be
-    ├── SourceError     an input cannot be opened or read, or nothing in it can be understood
+    ├── ConfigError     canalyze.toml, CANALYZE_LANG or a global option is invalid
+    ├── SourceError     an input cannot be opened or read, or contains nothing valid
     ├── OutputError     a result cannot be written
-    │   ├── ReaderGone  whoever read the pipe has seen enough: the end, but no failure
+    │   ├── ReaderGone  the reader of the pipe went away: the end, but no failure
     │   └── BrokenOff   a signal has ended the writing of a file, which stays a part
-    └── CoreError       the compiled core is not there
+    └── CoreError       the compiled core is missing
 
-An error carries a key of `words` and its facts, not a sentence: it is put into words where it is shown. What a
-capture contains is never an error here; the core answers that with findings and complaints.
+An error contains a key of `words` and its facts; the sentence is made where it is shown. The content of a capture is
+never an error here; the core reports it in findings and complaints.
 """
 
 import errno
@@ -18,12 +18,12 @@ from canalyze.words import Words
 
 
 class CanalyzeError(Exception):
-    """Root of the tree; `str()` gives the English sentence."""
+    """Root of the tree; `str()` returns the English sentence."""
 
     exit_code: int = 2
 
     def __init__(self, key: str, /, **facts: object) -> None:
-        """Keep the key of the sentence and what fills it."""
+        """Keeps the key of the sentence and its facts."""
         super().__init__(key)
         self.key = key
         self.facts = facts
@@ -32,16 +32,16 @@ class CanalyzeError(Exception):
         return self.in_words(Words("en"))
 
     def in_words(self, words: Words) -> str:
-        """Give the sentence in the language of `words`; an error among the facts becomes its reason."""
+        """Returns the sentence in the language of `words`; an error among the facts becomes its reason."""
         return words(self.key, **{name: _said(fact, words) for name, fact in self.facts.items()})
 
 
 class ConfigError(CanalyzeError):
-    """canalyze.toml, CANALYZE_LANG or a global option says something that cannot be."""
+    """canalyze.toml, CANALYZE_LANG or a global option is invalid."""
 
 
 class SourceError(CanalyzeError):
-    """An input cannot be opened or read, or nothing in it can be understood."""
+    """An input cannot be opened or read, or contains nothing valid."""
 
 
 class OutputError(CanalyzeError):
@@ -49,23 +49,23 @@ class OutputError(CanalyzeError):
 
 
 class ReaderGone(OutputError):
-    """Whoever read the pipe has seen enough: the end, but no failure."""
+    """The reader of the pipe went away: the end, but no failure."""
 
     exit_code = 0
 
 
 class BrokenOff(OutputError):
-    """A signal has ended the writing of a file; what was written stays beside its name."""
+    """A signal has ended the writing of a file; the data so far stays as a part beside it."""
 
     def __init__(self, name: str, part: str, by: SystemExit | KeyboardInterrupt) -> None:
-        """Keep what has ended it: the exit code is that of the signal."""
+        """Keeps the cause; the exit code is that of the signal."""
         super().__init__("output.part", name=name, part=part)
         code = getattr(by, "code", None)
         self.exit_code = code if isinstance(code, int) else 130
 
 
 class CoreError(CanalyzeError):
-    """The compiled core is not there."""
+    """The compiled core is missing."""
 
 
 def _said(fact: object, words: Words) -> object:
@@ -92,6 +92,6 @@ _REASONS = {
 
 
 def reason(error: OSError, words: Words) -> str:
-    """Say in words why the operating system refused; its own words where we have none."""
+    """Returns the reason of a system error in words, or the system's own message."""
     key = _REASONS.get(error.errno or 0)
     return words(key) if key else error.strerror or type(error).__name__

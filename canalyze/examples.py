@@ -1,7 +1,7 @@
-"""Five small captures with a story each, to try the program on: made here, frame by frame; and the files of the pages.
+"""Five small captures, one scenario each, generated frame by frame; and the files of the pages.
 
-A capture is text in candump's log form. What its nodes do follows CiA 301 and 402. The files that the pages for users
-name are in `demo/`, under their names in the checkout. Must not: write a file, or know what the program says of them.
+A capture is text in candump's log form. Its nodes behave as defined in CiA 301 and 402. The files of the pages for
+users are in `demo/`, under their names in the checkout. Must not: write a file, or know the program's output.
 """
 
 from collections.abc import Callable, Mapping
@@ -11,21 +11,21 @@ from typing import Final
 _BEGIN: Final = 1_700_000_000.0
 """The first stamp, in s."""
 _ANSWER: Final = 0.0011
-"""How long a server takes, in s."""
+"""The response time of a server, in s."""
 
 
 class _Log:
-    """A capture on its way."""
+    """A capture under construction."""
 
     def __init__(self) -> None:
         self._frames: list[tuple[float, int, bytes]] = []
 
     def add(self, at: float, can_id: int, data: str = "") -> None:
-        """Put a frame at a time, in s since the beginning."""
+        """Adds a frame at a time in s since the beginning."""
         self._frames.append((at, can_id, bytes.fromhex(data)))
 
     def write(self, at: float, node: int, index: int, sub: int, value: int, size: int, abort: int = 0) -> float:
-        """Write an object by SDO, expedited; give when the next one may come. abort: the code of a refusal."""
+        """Adds an expedited SDO write; returns the time for the next one. abort: the code of a refusal."""
         object_ = index.to_bytes(2, "little").hex() + f"{sub:02x}"
         command = {1: "2f", 2: "2b", 4: "23"}[size]
         self.add(at, 0x600 + node, command + object_ + value.to_bytes(4, "little").hex())
@@ -34,20 +34,20 @@ class _Log:
         return at + 0.004
 
     def beat(self, node: int, state: int, since: float, until: float, period: float) -> None:
-        """Send heartbeats."""
+        """Adds heartbeats."""
         beats = int((until - since) / period)
         for beat in range(beats):
             self.add(since + beat * period, 0x700 + node, f"{state:02x}")
 
     def text(self) -> str:
-        """Give the capture."""
+        """Returns the capture."""
         frames = sorted(self._frames, key=lambda frame: frame[0])
         lines = (f"({_BEGIN + at:.6f}) can0 {can_id:03X}#{data.hex().upper()}\n" for at, can_id, data in frames)
         return "".join(lines)
 
 
 def _booted(*nodes: int) -> _Log:
-    """Let nodes boot, get a heartbeat time of 200 ms, and start at 0.5 s."""
+    """Returns a capture of nodes that boot, get a heartbeat time of 200 ms, and are started at 0.5 s."""
     log = _Log()
     for place, node in enumerate(nodes):
         log.add(0.01 * place, 0x700 + node, "00")
@@ -67,7 +67,7 @@ def _lost() -> str:
 
 
 def _restarted() -> str:
-    """Node 3 loses its power, comes back with a boot-up that nobody asked for, and is started again later."""
+    """Node 3 loses its power, comes back with an unrequested boot-up, and is started again later."""
     log = _booted(3, 7)
     log.beat(7, 5, 0.557, 8.0, 0.2)
     log.beat(3, 5, 0.553, 2.5, 0.2)
@@ -121,7 +121,7 @@ def _drive() -> str:
 
 
 def _healthy() -> str:
-    """Everything is well, though the master resets all nodes on the way: that was its wish."""
+    """No problem: the master resets all nodes on the way."""
     log = _booted(3, 4)
     for node in (3, 4):
         log.beat(node, 5, 0.55 + node / 1000, 3.0, 0.2)
@@ -140,7 +140,7 @@ EXAMPLES: Final[Mapping[str, Callable[[], str]]] = {
     "drive-fault.log": _drive,
     "all-well.log": _healthy,
 }
-"""How each capture is made, by the name of its file."""
+"""Functions that generate the captures, by file name."""
 
 DEMO: Final = Path(__file__).with_name("demo")
 _NAMES: Final[Mapping[str, str]] = {
@@ -159,10 +159,10 @@ _NAMES: Final[Mapping[str, str]] = {
     "encoder.eds": "eds/encoder.eds",
     "io.eds": "eds/io.eds",
 }
-"""Names that pages use, and the files that are there under them."""
+"""Names used on pages, and the files that they stand for."""
 
 
 def of_pages() -> dict[str, bytes]:
-    """Return the files that the examples on the pages need beside the five captures, by their names."""
+    """Returns the files that the examples on the pages need in addition to the five captures, by their names."""
     files = {path.relative_to(DEMO).as_posix(): path.read_bytes() for path in sorted(DEMO.rglob("*")) if path.is_file()}
     return {name: files[source] for name, source in _NAMES.items()} | files

@@ -1,15 +1,17 @@
-"""Times and objects as records of the core have them, with what a program computes with: seconds, ns, integers.
+"""Times and objects in records of the core, converted to numbers: seconds, ns, integers.
 
-It must not read or print anything, and knows no record.
+Must not: read or print anything, or know a record.
 """
 
 from typing import Final, Self
 
+DATES_NS: Final = 631_152_000 * 10**9
+"""1990-01-01 in ns: stamps from here on are dates, smaller ones count from some start."""
 _SECONDS_MS: Final = 2000
 
 
 def nanoseconds(t: str | None) -> int | None:
-    """Give a time of the core, a decimal string of seconds, in nanoseconds: exact, as a double is not."""
+    """Returns a time of the core, a decimal string of seconds, in nanoseconds: exact, unlike a double."""
     if t is None:
         return None
     whole, _, fraction = t.partition(".")
@@ -19,7 +21,7 @@ def nanoseconds(t: str | None) -> int | None:
 
 
 def milliseconds(ns: int, *, signed: bool = False) -> str:
-    """Give a time in ms, from 2 s on in s, with as many digits as are read."""
+    """Returns a time in ms, from 2 s on in s, with a suitable number of digits."""
     ms, sign = ns / 1e6, "+" if signed else ""
     if abs(ms) >= _SECONDS_MS:
         return f"{ms / 1000:{sign}.2f} s"
@@ -27,7 +29,7 @@ def milliseconds(ns: int, *, signed: bool = False) -> str:
 
 
 class Timed:
-    """What has a time `t`, as a decimal string of seconds with all its digits."""
+    """A base for records with a time `t`, a decimal string of seconds with all its digits."""
 
     __slots__ = ()
     t: str | None
@@ -44,10 +46,10 @@ class Timed:
 
 
 class ObjectRef(str):
-    """An object as the standard writes it, `1017h:00`: equal to that text, and with its numbers as integers.
+    """An object as the standard writes it, `1017h:00`: equal to that text, with its numbers as integers.
 
-    It is a text in everything, also as a key, but for its `index`. `capture.transfers.of(object="1017:00")` and the
-    like take every way in which an object is written.
+    It is a string in every respect, also as a key, except for its `index`. `capture.transfers.of(object="1017:00")` and
+    similar methods accept all spellings of an object.
     """
 
     __slots__ = ("index", "sub")
@@ -57,7 +59,7 @@ class ObjectRef(str):
     """The sub-index."""
 
     def __new__(cls, index: int, sub: int) -> Self:
-        """Make the text of two integers."""
+        """Creates the text of two integers."""
         made = super().__new__(cls, f"{index:04X}h:{sub:02X}")
         made.index, made.sub = index, sub
         return made
@@ -67,5 +69,5 @@ class ObjectRef(str):
 
 
 def object_ref(index: str | None, sub: int | None) -> ObjectRef | None:
-    """Give the object of a record, whose index is four hexadecimal digits; None where it has none."""
+    """Returns the object of a record, whose index is four hexadecimal digits; None if it has none."""
     return None if index is None else ObjectRef(int(index, 16), sub or 0)

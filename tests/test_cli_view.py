@@ -183,8 +183,6 @@ def test_what_is_no_capture_of_what_this_command_writes(capfd: pytest.CaptureFix
     ready = (2, "canalyze: a.rrd: already a timeline; open it alone: canalyze view a.rrd\n")
     assert here(capfd, "view", "--lang", "en", "--save", "b.rrd", "a.rrd") == ready
     assert here(capfd, "view", "--lang", "en", "--web", "a.log", "a.rrd") == ready
-    code, said = here(capfd, "view", "--lang", "en", "--web", "a.rbl")
-    assert code == 2 and "rerun --bind 127.0.0.1 out.mcap - < a.rbl" in said
 
 
 def test_a_disk_that_is_full(

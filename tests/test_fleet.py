@@ -28,9 +28,8 @@ from canalyze.check.policy import Policy
 from canalyze.check.workers import Far
 from canalyze.configuration.network import Known
 from canalyze.fleet import run as runs
-from canalyze.fleet import stored
-from canalyze.fleet.beside import Beside
-from canalyze.fleet.manifest import Manifest
+from canalyze.fleet.clusters import Beside, DaskCluster, RayCluster
+from canalyze.fleet.manifest import Manifest, restored, stored
 from canalyze.fleet.sources import Capture, captures
 from canalyze.fleet.task import Work, verdict_of
 from canalyze.running.pool import Executor, Pool
@@ -266,9 +265,9 @@ def test_verdicts_survive_the_store(mixed: Path, tmp_path: Path) -> None:
     job = Job("en", {}, Known(), {"stamps": "auto"}, incidents=True)
     for name in ("network/drive-states.log", "rules/HBT002.log", "rules/SDO001.log"):
         judged = policy.judge(examine(str(SAMPLES / name), job, Far(lambda word: None)), Policy(incidents="open"), {})
-        row = json.loads(json.dumps(stored.row(judged)))
-        back = stored.verdict(row)
-        assert stored.row(back) == stored.row(judged)
+        row = json.loads(json.dumps(stored(judged)))
+        back = restored(row)
+        assert stored(back) == stored(judged)
         assert [one.finding for one in back.failures] == [one.finding for one in judged.failures]
         assert (back.incidents, back.known_problems) == (judged.incidents, judged.known_problems)
 
@@ -282,16 +281,12 @@ def pool(one: Traced, width: int) -> Executor:
 
 def dask(one: Traced, width: int) -> Executor:
     pytest.importorskip("distributed", reason="canalyze[dask] is not installed")
-    from canalyze.fleet.dask import Cluster
-
-    return Cluster(Beside(one), None, width)
+    return DaskCluster(Beside(one), None, width)
 
 
 def ray(one: Traced, width: int) -> Executor:
     pytest.importorskip("ray", reason="canalyze[ray] is not installed")
-    from canalyze.fleet.ray import Cluster
-
-    return Cluster(Beside(one), None, width)
+    return RayCluster(Beside(one), None, width)
 
 
 WAYS = pytest.mark.parametrize("way", [pool, dask, ray])

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from canalyze.running.viewing import drawn_in
-from canalyze.timeline.fonts import has_chinese
+from canalyze.timeline.viewer import has_chinese
 from canalyze.words import Words
 
 
@@ -45,7 +45,7 @@ def test_without_fontconfig_any_font_will_do(name: str, tmp_path: Path, monkeypa
     (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
     (tmp_path / name).touch()
     monkeypatch.setenv("PATH", str(tmp_path / "nothing"))
-    monkeypatch.setattr("canalyze.timeline.fonts._FOLDERS", (str(tmp_path), str(tmp_path / "none")))
+    monkeypatch.setattr("canalyze.timeline.viewer._FOLDERS", (str(tmp_path), str(tmp_path / "none")))
     assert has_chinese(web=False) is not name.endswith("txt")
 
 

@@ -19,8 +19,7 @@ from canalyze.check.examination import Job, examine
 from canalyze.check.policy import Policy
 from canalyze.check.workers import Far
 from canalyze.configuration.network import Known
-from canalyze.fleet import stored
-from canalyze.fleet.manifest import Manifest
+from canalyze.fleet.manifest import Manifest, restored, stored
 from canalyze.fleet.task import problems_of
 from canalyze.problem import current
 
@@ -114,8 +113,8 @@ def test_verdicts_that_a_fleet_has_stored() -> None:
     job = Job("en", {}, Known(), {"stamps": "auto"}, incidents=True)
     examined = examine(str(SAMPLES / "rules/HBT002.log"), job, Far(lambda word: None))
     judged = policy.judge(examined, Policy(incidents="open"), {})
-    row = json.loads(json.dumps(stored.row(judged)))
+    row = json.loads(json.dumps(stored(judged)))
     statuses = [one["status"] for one in row["incidents"]]
     row["incidents"] = [former(one) for one in row["incidents"]]
     assert {one["status"] for one in row["incidents"]} <= {"stands", "over", "harmless"}
-    assert [one.status for one in stored.verdict(row).incidents] == statuses != []
+    assert [one.status for one in restored(row).incidents] == statuses != []

@@ -10,7 +10,7 @@ from rich.cells import cell_len
 from textual.app import App, ComposeResult
 from textual.geometry import Region
 
-from canalyze.monitor import figures, transfers
+from canalyze.monitor import grid, transfers
 from canalyze.monitor.app import NOTHING, Monitor
 from canalyze.monitor.grid import STYLES, Column, Grid, Row, cell, draw, fit
 from canalyze.words import Words
@@ -256,17 +256,17 @@ def test_buses_have_columns_only_where_there_are_several() -> None:
     ],
 )
 def test_periods(ns: int | None, shown: str) -> None:
-    assert figures.period(ns) == shown
+    assert grid.period(ns) == shown
 
 
 def test_bars() -> None:
     def bars() -> Iterator[str]:
         for part in (-1.0, 0.0, 0.5, 0.55, 1.0, 2.0):
-            yield figures.bar(part, 10)
+            yield grid.bar(part, 10)
 
     assert list(bars()) == ["░" * 10, "░" * 10, "█████░░░░░", "█████▌░░░░", "█" * 10, "█" * 10]
 
 
 @pytest.mark.parametrize(("octets", "shown"), [(None, "-"), (9999, "9999"), (100_000, "97.7Ki"), (5 << 20, "5.00Mi")])
 def test_sizes(octets: int | None, shown: str) -> None:
-    assert figures.size(octets) == shown
+    assert grid.size(octets) == shown

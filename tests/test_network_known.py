@@ -14,8 +14,8 @@ from canalyze.configuration.descriptions import network as told
 from canalyze.configuration.network import Known
 from canalyze.dictionary import load
 from canalyze.dictionary import read as read_description
+from canalyze.dictionary.library import rows, table
 from canalyze.dictionary.model import Dictionary
-from canalyze.dictionary.table import rows, table
 from canalyze.errors import ConfigError, SourceError
 from canalyze.words import Words
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import random
+import struct
 from collections.abc import Callable, Iterator
 from copy import deepcopy
 from pathlib import Path
@@ -21,7 +22,7 @@ from canalyze.dictionary import load
 from canalyze.dictionary import read as read_description
 from canalyze.dictionary.against import SEVERITIES, Comparison, compared
 from canalyze.dictionary.model import Dictionary, Entry
-from canalyze.dictionary.values import SIGNED
+from canalyze.dictionary.values import SIGNED, packed
 from canalyze.words import LANGUAGES, Words
 
 CORPUS = SHARED / "corpus/eds"
@@ -275,6 +276,16 @@ def test_a_default_does_not_count_behind_lost_frames() -> None:
     for text, expected in ((before + behind, {("default", 0x1017, 0)}), (before + drop + behind, set())):
         output = session_output([text], output_format="objects", lang="en")
         assert told(compared(DRIVE, [json.loads(line) for line in output.splitlines()], "can0", NODE)) == expected
+
+
+def test_a_real_that_its_type_does_not_hold(tmp_path: Path) -> None:
+    file = tmp_path / "real.eds"
+    keys = "ParameterName=Gain\nDataType=8\nAccessType=rw\nDefaultValue=-1e300\n"
+    file.write_text(f"[ManufacturerObjects]\nSupportedObjects=1\n1=0x2000\n[2000]\n{keys}")
+    found = load(str(file), NODE)
+    assert packed(-1e300, 8, NODE) == struct.pack("<f", float("-inf"))
+    (one,) = of([BOOT, *read(0x2000, 0, struct.pack("<f", 1.0))], found).differences
+    assert (one.kind, one.filed, one.shown) == ("default", "-inf", "1.0")
 
 
 def test_actual_values_have_no_default() -> None:

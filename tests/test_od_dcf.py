@@ -21,9 +21,8 @@ from sdo_reading import read_transfers
 
 from canalyze._core import DATA_TYPES
 from canalyze.dictionary import contents, read
-from canalyze.dictionary.dcf import configured
+from canalyze.dictionary.files import configured, skeleton
 from canalyze.dictionary.model import Dictionary
-from canalyze.dictionary.skeleton import skeleton
 from canalyze.dictionary.values import REAL, decoded
 
 SESSIONS = [*sorted((SAMPLES / "network").glob("*.log")), *sorted((SAMPLES / "stacks").glob("*.log"))]

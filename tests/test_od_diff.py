@@ -20,10 +20,9 @@ from sdo_wire import Channel, expedited_download, expedited_upload, segmented_up
 from test_od_dcf import EVERY, SESSIONS, written
 
 from canalyze.dictionary import load
-from canalyze.dictionary.concise import concise
-from canalyze.dictionary.difference import compare
+from canalyze.dictionary.difference import compare, standard_nature
+from canalyze.dictionary.files import concise
 from canalyze.dictionary.model import Dictionary
-from canalyze.dictionary.nature import standard_nature
 
 NETWORK = SAMPLES / "network/sync-and-pdos.log"
 Rows = list[dict[str, Any]]
@@ -260,19 +259,20 @@ def test_a_value_is_read_by_one_type_on_both_sides(canalyze: Runner, tmp_path: P
         (0x2001, 0x08, 1.5, b"\0\0\xc0\x3f"),
         (0x2002, 9, "ab", b"ab\0\0"),
         (0x2003, 6, 5, b"\5\0\0\0"),
+        (0x2004, 9, "cd", b"cd  "),
     )
     sections = "".join(
         f"[{index:04X}]\nParameterName=x\nObjectType=7\nDataType={kind}\nAccessType=rw\nDefaultValue={value}\n"
         for index, kind, value, _ in values
     )
     listed = "".join(f"{number}={row[0]:#x}\n" for number, row in enumerate(values, 1))
-    (tmp_path / "a.eds").write_text(f"[ManufacturerObjects]\nSupportedObjects=4\n{listed}{sections}")
+    (tmp_path / "a.eds").write_text(f"[ManufacturerObjects]\nSupportedObjects=5\n{listed}{sections}")
     a = capture(tmp_path, "a.log", 5, *(("r", index, 0, data) for index, _, _, data in values))
     for sides in ((a, "--diff", "a.eds"), ("a.eds", "--diff", a)):
         code, rows, last = told(canalyze, *sides)
-        assert (code, rows, last["compared"]) == (0, [], 4)
+        assert (code, rows, last["compared"]) == (0, [], 5)
     b = capture(tmp_path, "b.log", 5, *(("r", index, 0, b"\1" + data[1:]) for index, _, _, data in values))
-    assert len(told(canalyze, b, "--diff", "a.eds")[1]) == 4
+    assert len(told(canalyze, b, "--diff", "a.eds")[1]) == 5
 
 
 def test_what_only_one_side_shows(canalyze: Runner, tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from test_od_dcf import SESSIONS, Address, written
 
 from canalyze._core import is_description
 from canalyze.dictionary import load, read
-from canalyze.dictionary.concise import concise
+from canalyze.dictionary.files import concise
 
 UNSUPPORTED, CANNOT_BE_CHANGED = 0x0601_0000, 0x0609_0030
 IN_USE = 0x8000_0000

@@ -1,4 +1,4 @@
-"""The pytest plugin as its user has it: fixtures, what a failed assertion shows, snapshots, and that it stays away."""
+"""The pytest plugin as its user has it: fixtures, what a failed assertion shows, and that it stays away."""
 
 import subprocess
 import sys
@@ -169,63 +169,26 @@ def test_words_are_in_the_language_of_the_project(tests: pytest.Pytester) -> Non
 
 
 SNAPSHOT = """
-import pytest
-
-class TestBoot:
-    @pytest.mark.parametrize("name", ["sdo-abort", "network/x"])
-    def test_it(self, canalyze_open, canalyze_snapshot, name):
-        capture = canalyze_open("caps/sdo-abort.log" if name == "sdo-abort" else "caps/sync-and-pdos.log")
-        canalyze_snapshot(capture)
-        canalyze_snapshot(capture, name="again")
+def test_it(canalyze_open, snapshot):
+    capture = canalyze_open("caps/sync-and-pdos.log")
+    assert [(one.direction, one.object, one.value) for one in capture.transfers.of(node=5)] == snapshot
+    assert [(one.code, one.node, one.object) for one in capture.findings.at_least("warning")] == snapshot
 """
 
 
-def test_a_snapshot_is_written_and_compared(tests: pytest.Pytester) -> None:
-    missing = run(tests, SNAPSHOT)
-    missing.assert_outcomes(failed=2)
-    missing.stdout.fnmatch_lines(
-        [
-            "*no snapshot tests?__canalyze__?test_it.TestBoot.test_it-sdo-abort.txt; check it, then write it: "
-            'python -m pytest "tests?test_it.py::TestBoot::test_it*sdo-abort*" --canalyze-update',
-            "*sdo download 2005h:00 expedited aborted 06010002h by server*",
-        ]
-    )
-    written = run(tests, SNAPSHOT, "--canalyze-update")
-    written.assert_outcomes(passed=2)
-    written.stdout.fnmatch_lines(["*canalyze: 4 snapshots written*"])
-    folder = tests.path / "tests/__canalyze__"
-    files = sorted(path.name for path in folder.iterdir())
-    assert len(files) == 4 and files[2:] == [
-        "test_it.TestBoot.test_it-sdo-abort.again.txt",
-        "test_it.TestBoot.test_it-sdo-abort.txt",
-    ]
-    assert all(set(name) <= set("abcdefghijklmnopqrstuvwxyzTB0123456789_-.") for name in files)
-    same = run(tests, SNAPSHOT)
-    same.assert_outcomes(passed=2)
-    assert "canalyze:" not in same.stdout.str()
-    assert "snapshots written" not in run(tests, SNAPSHOT, "--canalyze-update").stdout.str()
-    path = folder / files[3]
-    path.write_bytes(path.read_bytes().replace(b"2005h:00 expedited", b"2005h:00 segmented").replace(b"\n", b"\r\n"))
-    differs = run(tests, SNAPSHOT)
-    differs.assert_outcomes(passed=1, failed=1)
-    differs.stdout.fnmatch_lines(["@@ node 10", "-  sdo download 2005h:00 segmented*", "+  sdo download 2005h:00 exp*"])
-
-
-def test_a_snapshot_has_no_times_and_no_names_of_buses(tests: pytest.Pytester) -> None:
-    text = NETWORK.read_text()
-    moved = text.replace("(1795232", "(1795233").replace("vcan0", "can3")
-    (tests.path / "tests/caps/moved.log").write_text(moved)
-    source = """
-def test_it(canalyze_open):
-    one, other = canalyze_open("caps/sync-and-pdos.log"), canalyze_open("caps/moved.log", lang="zh")
-    assert one.snapshot() == other.snapshot()
-    assert one.snapshot().splitlines()[:5] == [
-        "node 5", "  state boot-up", "  state operational", "  state pre-operational",
-        "  sdo download 1017h:00 expedited = 100",
-    ]
-    assert "  sdo download 1801h:01 expedited = 0xC0000286" in one.snapshot().splitlines()
-"""
-    run(tests, source).assert_outcomes(passed=1)
+@pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["here", "xdist"])
+def test_a_capture_is_compared_by_syrupy(tests: pytest.Pytester, workers: tuple[str, ...]) -> None:
+    run(tests, SNAPSHOT, *workers).assert_outcomes(failed=1)
+    run(tests, SNAPSHOT, "--snapshot-update", *workers).assert_outcomes(passed=1)
+    kept = (tests.path / "tests/__snapshots__/test_it.ambr").read_text(encoding="utf-8")
+    assert "'1017h:00'" in kept and "download" in kept
+    moved = NETWORK.read_text().replace("(1795232", "(1795233").replace("vcan0", "can3")
+    (tests.path / "tests/caps" / NETWORK.name).write_text(moved)
+    run(tests, SNAPSHOT, *workers).assert_outcomes(passed=1)
+    written = "605#2B17100064000000"
+    assert written in moved
+    (tests.path / "tests/caps" / NETWORK.name).write_text(moved.replace(written, "605#2B17100065000000"))
+    run(tests, SNAPSHOT, *workers).assert_outcomes(failed=1)
 
 
 def test_a_missing_capture_is_shown_where_it_is_opened(tests: pytest.Pytester) -> None:
@@ -234,45 +197,6 @@ def test_a_missing_capture_is_shown_where_it_is_opened(tests: pytest.Pytester) -
     done.assert_outcomes(failed=1)
     done.stdout.fnmatch_lines(["*SourceError: tests?caps?nosuch.log: cannot open: no such file or directory"])
     assert "_fd" not in done.stdout.str()
-
-
-def test_a_snapshot_of_the_same_name_is_refused(tests: pytest.Pytester) -> None:
-    twice = (
-        "def test_it(canalyze_open, canalyze_snapshot):\n"
-        + '    canalyze_snapshot(canalyze_open("caps/sdo-abort.log"))\n' * 2
-    )
-    done = run(tests, twice, "--canalyze-update")
-    done.stdout.fnmatch_lines(["*is used twice in one test; give one of them a name=*"])
-
-
-ORPHANS = """
-def test_one(canalyze_open, canalyze_snapshot):
-    canalyze_snapshot(canalyze_open("caps/sdo-abort.log"))
-
-def test_two(canalyze_open, canalyze_snapshot):
-    canalyze_snapshot(canalyze_open("caps/sdo-abort.log"))
-"""
-
-
-@pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["here", "xdist"])
-def test_orphans_are_named(tests: pytest.Pytester, workers: tuple[str, ...]) -> None:
-    run(tests, ORPHANS, "--canalyze-update", *workers).assert_outcomes(passed=2)
-    folder = tests.path / "tests/__canalyze__"
-    for name in ("test_it.test_gone", "test_gone.test_it", "test_it.test_one.second", "test_it.test_two"):
-        (folder / f"{name}.txt").touch()
-    (folder / "test_it.test_two.txt").write_text((folder / "test_it.test_one.txt").read_text())
-    done = run(tests, ORPHANS, *workers)
-    done.assert_outcomes(passed=2)
-    named = [line for line in done.stdout.str().splitlines() if "no test uses" in line]
-    assert [line.split(";")[0].rpartition("__canalyze__")[2][1:] for line in named] == [
-        "test_gone.test_it.txt",
-        "test_it.test_gone.txt",
-        "test_it.test_one.second.txt",
-    ]
-    some = run(tests, ORPHANS, "-k", "two").stdout.str()
-    assert "test_gone.txt" in some and "test_one" not in some.split("no test uses", 1)[1]
-    one = run(tests, ORPHANS, "tests/test_it.py::test_two").stdout.str()
-    assert "test_it.test_gone.txt" not in one and "test_one" not in one
 
 
 def test_the_plugin_is_light(tests: pytest.Pytester) -> None:
@@ -300,7 +224,7 @@ TYPED = """
 from pathlib import Path
 
 import canalyze
-from canalyze.pytest_plugin import Opener, Snapshot
+from canalyze.pytest_plugin import Opener
 
 
 def states(path: Path) -> list[str | None]:
@@ -323,9 +247,9 @@ def states(path: Path) -> list[str | None]:
         return [change.state for change in capture.nodes[5].states]
 
 
-def test_it(canalyze_open: Opener, canalyze_snapshot: Snapshot) -> None:
+def test_it(canalyze_open: Opener) -> None:
     capture = canalyze_open("boot.log", eds=["5=drive.eds"], lang="zh")
-    canalyze_snapshot(capture, name="boot")
+    assert states(Path(capture.name))
 """
 
 

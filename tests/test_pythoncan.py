@@ -24,7 +24,7 @@ from canalyze._core import FORMATS, Session
 from canalyze.errors import OutputError, SourceError
 from canalyze.running.options import SessionOptions
 from canalyze.sinks.pythoncan import LOSSES, open_sink
-from canalyze.sources import apart, packed
+from canalyze.sources import packed, pythoncan
 from canalyze.sources.file import Source
 from canalyze.sources.format import Capture, Opened, open_capture
 from canalyze.sources.packed import Packer
@@ -236,7 +236,7 @@ def test_a_bus_gets_a_channel_of_its_own(tmp_path: Path) -> None:
 
 def test_a_sink_that_fails_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(KeyError), open_sink(str(tmp_path / "a.blf"), "blf", force=False) as sink:
-        sink.write(packed.start(0))
+        sink.write(packed.dialect("reader", "x"))
         raise KeyError
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(OutputError):
@@ -575,9 +575,9 @@ def test_asammdf_that_takes_its_process_down(tmp_path: Path, monkeypatch: pytest
     head = packed.dialect("reader", "python-can")
     frames = b"".join(map(Packer(6, directed=True, bus=str).frame, session()))
     for pieces, count in (([], 0), ([head], 0), ([head, frames], 60)):
-        puts = [f"put({struct.pack('<cI', apart.RECORDS, len(piece)) + piece!r})\n" for piece in pieces]
+        puts = [f"put({struct.pack('<cI', pythoncan.RECORDS, len(piece)) + piece!r})\n" for piece in pieces]
         end = "sys.stdout.flush()\nos.kill(os.getpid(), signal.SIGSEGV)\n"
-        monkeypatch.setattr(apart, "_START", begin + "".join(puts) + end)
+        monkeypatch.setattr(pythoncan, "_START", begin + "".join(puts) + end)
         if count:
             read, complaints = told(open_capture(str(path)))
             assert len(read) == count

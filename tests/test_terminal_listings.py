@@ -9,8 +9,7 @@ from conftest import Runner
 from test_cli_terminal import on_terminal
 
 from canalyze.examples import EXAMPLES
-from canalyze.output.hanging import hanging
-from canalyze.output.layout import width
+from canalyze.output.layout import hanging, width
 
 LOST = "node-lost.log"
 COLOUR = re.compile("\x1b\\[[0-9;]*m")

@@ -101,6 +101,52 @@ def test_the_core_keeps_to_the_terms() -> None:
     assert _faults(_of_core()) == []
 
 
+FULL = re.compile("[，：；（）！？]")
+HALF = re.compile(r"[一-龥}”》)][,;:](?= |$|[一-龥])|\d[;:](?= |$)|[一-龥]\(|\([^()]*[一-龥][^()]*\)")
+CODE = re.compile(r"^(canalyze|\{command\}): |索引\[:子索引\]:位数|^\(.*\)$")
+"""The program's name, syntax, and a note in a table."""
+
+
+def _other_marks(text: str, style: str) -> bool:
+    """Returns true if a Chinese text has marks of another style: `full`, `half`, or `one`, which is either of them."""
+    full, half = FULL.search(text) is not None, HALF.search(CODE.sub("", text)) is not None
+    return {"full": half, "half": full, "one": full and half}[style]
+
+
+def test_chinese_punctuation() -> None:
+    table = tomllib.loads((PACKAGE / "words" / "terms.toml").read_text("utf-8"))
+    half = set(table["punctuation"]["half"])
+    python = [
+        (key, sentence, "one" if {topic, key} & half else "full")
+        for topic in sorted(path.stem for path in Path(FOLDER).glob("*.txt"))
+        for key, sentence in sentences(topic, "zh").items()
+        if not key.endswith(".examples")  # command lines and files
+    ]
+    core = [(place, one, "half") for place, one in _of_core() if place.startswith("core/words/")]
+    wrong = [
+        f"{key}: {text}" for key, text, style in python + core if CHINESE.search(text) and _other_marks(text, style)
+    ]
+    assert wrong == []
+
+
+@pytest.mark.parametrize(
+    ("text", "style", "wrong"),
+    [
+        ("共3次，基线1次", "full", False),
+        ("共3次, 基线1次", "full", True),
+        ("共3次, 基线1次", "half", False),
+        ("{name}: 没有记录", "full", True),
+        ("规则(HBT002)、代码", "full", True),
+        ("如 185=6041:16,6064:32；每项为 索引[:子索引]:位数", "full", False),
+        ("节点5: 无应答（超时）", "one", True),
+        ("节点5: 无应答(超时)", "one", False),
+        ("无应答（超时）", "half", True),
+    ],
+)
+def test_what_punctuation_finds(text: str, style: str, wrong: bool) -> None:
+    assert _other_marks(text, style) == wrong
+
+
 def test_python_keeps_to_the_terms() -> None:
     assert sum(1 for _ in _of_python()) > 1500
     assert _faults(_of_python()) == []

@@ -351,14 +351,27 @@ def _emergencies(shown: Shown) -> None:
             assert bool(text) == bool(active), (row, text)
 
 
+STATUSWORDS = (
+    (0x4F, 0x00, "not-ready-to-switch-on"),
+    (0x4F, 0x40, "switch-on-disabled"),
+    (0x6F, 0x21, "ready-to-switch-on"),
+    (0x6F, 0x23, "switched-on"),
+    (0x6F, 0x27, "operation-enabled"),
+    (0x6F, 0x07, "quick-stop-active"),
+    (0x4F, 0x0F, "fault-reaction-active"),
+    (0x4F, 0x08, "fault"),
+)
+"""Mask, value and class of the drive's states (CiA 402)."""
+
+
 def _colours(shown: Shown) -> None:
     """Every state but a value has a colour that was chosen for it, and a statusword that of the drive's state."""
     for name in ("statusword", "状态字"):
         for entity in (one for one in shown.under("/value/") if one.endswith(f"/{name}")):
             values = shown.recording.static(entity, "StateConfiguration:values")
             for state in values:
-                of_class = _core.class_of("drive", int(state[:4], 16))
-                if of_class is not None:
+                word = int(state[:4], 16)
+                for of_class in (one for mask, value, one in STATUSWORDS if word & mask == value):
                     assert _is_of_class(shown, entity, state, of_class), state
     for entity in (one for top in ("/nmt/", "/drive/", "/sdo/", "/emcy/") for one in shown.under(top)):
         states = {row["value"][0] for row in shown.recording.rows(entity, "StateChange:state")} - {""}

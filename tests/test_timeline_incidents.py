@@ -58,7 +58,7 @@ def test_stories_say_what_diagnose_says_with_their_causes(lang: str, tmp_path: P
     assert ("caused by #1 +502.0 ms" if lang == "en" else "起因：#1 +502.0 ms") in plain
     heads = [line[3:] for line in plain.splitlines() if line.startswith("## ")]
     assert heads == (["OPEN", "ENDED", "HARMLESS"] if lang == "en" else ["仍存在", "已恢复", "无害"])
-    assert shown.contents.stories
+    assert shown.contents.diagnosis
 
 
 def test_the_log_has_where_they_begin_and_end(lang: str, tmp_path: Path) -> None:
@@ -78,4 +78,4 @@ def test_the_log_has_where_they_begin_and_end(lang: str, tmp_path: Path) -> None
 
 def test_nothing_wrong_leaves_nothing(tmp_path: Path) -> None:
     shown = Shown(tmp_path, (SAMPLES / "string-5-bytes.log").read_bytes(), None, "en")
-    assert not shown.under("/problems") and not shown.under("/diagnosis") and not shown.contents.stories
+    assert not shown.under("/problems") and not shown.under("/diagnosis") and not shown.contents.diagnosis

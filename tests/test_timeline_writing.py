@@ -448,7 +448,7 @@ def test_what_cannot_be_written(tmp_path: Path, name: str) -> None:
 
 def test_a_summary_has_times_of_day() -> None:
     """Where stamps are dates; seconds of a clock that began at 0 stay."""
-    from canalyze.timeline.summary import _date
+    from canalyze.timeline.logs import _date
 
     assert _date("1795232031.749143") == "2026-11-21 03:33:51.749143"
     assert _date("no number") == "no number"

@@ -12,7 +12,6 @@ from functools import cache
 from pathlib import PurePath
 from typing import Final, Literal, NamedTuple, get_args
 
-from canalyze.check import globs
 from canalyze.check.baseline import Baseline, Kind, ProblemKind
 from canalyze.check.verdict import Counted, Examined, Verdict
 from canalyze.finding import SEVERITIES, Severity
@@ -32,7 +31,6 @@ _FAILING: Final[dict[Standing, tuple[str, ...]]] = {
 FORMER: Final[dict[str, Standing]] = {"stands": "open", "over": "ended", "never": "never"}
 """Former spellings."""
 Ruling = Severity | Literal["ignore"]
-RULINGS: Final[tuple[Ruling, ...]] = ("ignore", *SEVERITIES)
 """What an override may make of a finding."""
 
 
@@ -228,11 +226,13 @@ def _ruled(policy: Policy, found: Sequence[Counted], file: str) -> tuple[list[Co
 @cache
 def named(file: str, glob: str, directory: str) -> bool:
     """Tell whether a glob names a file: as it was given, from the directory, or by its last part."""
+    from canalyze.sources.names import matching  # not needed where a policy is only read
+
     names = [file, PurePath(file).as_posix(), _from(file, directory)]
     if "/" not in glob:
         names.append(PurePath(file).name)
-    wanted = globs.glob(glob.removeprefix("./"))
-    return any(wanted.names(name.removeprefix("./")) for name in names)
+    wanted = matching(glob.removeprefix("./"))
+    return any(wanted.fullmatch(name.removeprefix("./")) for name in names)
 
 
 def _from(file: str, directory: str) -> str:

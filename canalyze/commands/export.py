@@ -23,7 +23,7 @@ from canalyze.exporting import FIRST, FOLDER, FORMS, TABLES, Target, form_of, re
 from canalyze.output import Output, Progress, complain
 from canalyze.output.help import Command
 from canalyze.running.run import Run
-from canalyze.sources.compression import COMPRESSIONS
+from canalyze.sources.compressed import COMPRESSIONS
 from canalyze.sources.file import STDIN, total_size
 from canalyze.words import Words
 

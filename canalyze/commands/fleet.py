@@ -10,7 +10,6 @@ import tempfile
 from collections.abc import Sequence
 from contextlib import ExitStack
 from functools import partial
-from importlib import import_module
 from time import monotonic
 from typing import Any, Final, Unpack
 
@@ -211,11 +210,10 @@ def _executor(
     one = partial(do, work)
     if on is None:
         return Pool(one, width, seconds=seconds, megabytes=megabytes, during=interrupt.during)
-    from canalyze.fleet.beside import Beside
+    from canalyze.fleet.clusters import ENGINES, Beside
 
     beside = Beside(one, seconds, megabytes)
-    engine: Any = import_module(f"canalyze.fleet.{on[0]}")
-    return engine.Cluster(beside, on[1], width, interrupt.during)
+    return ENGINES[on[0]](beside, on[1], width, interrupt.during)
 
 
 def _processors() -> int:

@@ -28,7 +28,6 @@ from canalyze.output import FileOutput, Output, Progress, complain, hint, told
 from canalyze.output.help import Command
 from canalyze.running.run import Interrupt, Run
 from canalyze.running.viewing import (
-    LAYOUT,
     SUFFIX,
     ViewingOptions,
     check,
@@ -61,11 +60,9 @@ def command(words: Words) -> click.Command:
 
     def run(files: tuple[str, ...], force: bool, expression: str | None, stamps: str, **given: Unpack[_Given]) -> int:
         save = given.get("save")
-        check(given, words, shown=save is None, why_not=("usage.exclusive", "--save"), suffixes=(SUFFIX, LAYOUT))
+        check(given, words, shown=save is None, why_not=("usage.exclusive", "--save"))
         names = inputs(files, words)
         _check_names(names, save)
-        if save is not None and _suffix(save) == LAYOUT:
-            return _save_layout(names, save, words, force=force)
         if _suffix(names[0]) == SUFFIX:
             _check_options(words)
             return _show(_timeline(names[0]), given, words)
@@ -111,8 +108,6 @@ def _suffix(name: str) -> str:
 def _check_names(names: tuple[str, ...], save: str | None) -> None:
     """Make sure that what this command has written is not taken for a capture; SourceError where it is."""
     for name in names:
-        if _suffix(name) == LAYOUT:
-            raise SourceError("view.a_layout", name=name)
         if _suffix(name) == SUFFIX and (len(names) > 1 or save is not None):
             raise SourceError("view.ready", name=name)
 
@@ -142,21 +137,6 @@ def _save(session: "Session", names: tuple[str, ...], save: str, given: _Given, 
     if not code and session.frames:
         hint(f"canalyze: {words('view.ready_to_open', save=shlex.quote(save))}")
     return code
-
-
-def _save_layout(names: tuple[str, ...], save: str, words: Words, *, force: bool) -> int:
-    """Write the layout of an MCAP's decoded topics; give the exit code."""
-    load()
-    from canalyze.timeline import topics
-
-    if len(names) > 1 or names[0] == STDIN:
-        name = "out.mcap" if names[0] == STDIN else names[0]
-        raise click.UsageError(words("topics.one", name=name, save=save), click.get_current_context())
-    made = topics.layout(names[0], words)
-    with FileOutput(save, force=force) as out:
-        made.save(topics.application(names[0]), out.path)
-    complain(f"canalyze: {words('topics.written', name=shlex.quote(names[0]), save=shlex.quote(save))}")
-    return 0
 
 
 def _write(

@@ -14,8 +14,8 @@ from canalyze.words import Words
 
 if TYPE_CHECKING:
     from canalyze import _core
+    from canalyze.dictionary.library import Row
     from canalyze.dictionary.model import Dictionary
-    from canalyze.dictionary.table import Row
 
 Carrier = tuple[str | None, int]
 """Bus (None is every bus) and node-ID."""
@@ -53,7 +53,7 @@ def network(
 
 def network_rows(filed: Known, given: Known, read: "dict[str, Dictionary] | None" = None) -> dict[str, Any]:
     """Return the same as plain rows for a core that is elsewhere. Defects of descriptions are not reported."""
-    from canalyze.dictionary.table import arguments
+    from canalyze.dictionary.library import arguments
 
     known = filed.overruled(given)
     read = {} if read is None else read

@@ -1,8 +1,8 @@
 """EDS and DCF (CiA 306), XDD and concise DCF -> a frozen `Dictionary`.
 
-The core reads them, as they are found: what had to be repaired or could not be used becomes a `Defect`; only a file in
-which there is no object at all, or which the system does not give, is an error (`SourceError`). python-canopen is
-imported only where its own objects are taken or given.
+The core reads them as they are found: repairs and unusable parts become a `Defect`. A file is an error
+(`SourceError`) only if it contains no object at all or cannot be read. python-canopen is imported only where its
+own objects are converted.
 """
 
 import os
@@ -23,24 +23,24 @@ _Filed = int | float | str | bytes | tuple[int] | None
 
 
 def load(name: str, node: int | None = None) -> Dictionary:
-    """Read a file ('-' is standard input); `node` overrules the node-ID of a DCF."""
+    """Reads a file ('-' is standard input); `node` overrides the node-ID of a DCF."""
     return read(*contents(name), node)
 
 
 def describes(name: str) -> bool:
-    """Tell whether a file is a description, by its name or how it begins, and no capture."""
+    """Returns true if a file is a description and not a capture, by its name or its first bytes."""
     if name.lower().endswith(_NAMES):
         return True
     try:
         with open(name, "rb") as file:
             data = file.read(_HEAD)
-    except OSError:  # standard input, and what can be read by nobody
+    except OSError:  # standard input, or an unreadable file
         return False
     return _core.is_description(data)
 
 
 def contents(name: str) -> tuple[bytes, str]:
-    """Give the bytes of a file ('-' is standard input), and its name for messages."""
+    """Returns the bytes of a file ('-' is standard input), and its name for messages."""
     from canalyze.sources.file import Source
 
     data = bytearray()
@@ -53,7 +53,7 @@ def contents(name: str) -> tuple[bytes, str]:
 
 
 def read(data: bytes, name: str, node: int | None = None) -> Dictionary:
-    """Read a description from its bytes; `name` is for messages."""
+    """Reads a description from its bytes; `name` is used in messages."""
     try:
         form, encoding, info, device, comments, filed, node_name, rate, objects, dummies, table, pdos, defects = (
             _core.description(data, os.fsencode(name).decode("utf-8", "backslashreplace"))
@@ -92,7 +92,7 @@ def _entry(
     parameter: _Filed,
     *rest: Any,
 ) -> Entry:
-    """Return an entry as the core has it, in which a tuple is an offset to the node-ID."""
+    """Returns an entry of the core's; a tuple is an offset to the node-ID."""
     return Entry(
         index,
         sub,
@@ -106,9 +106,9 @@ def _entry(
 
 
 def taken(given: "ObjectDictionary", name: str) -> Dictionary:
-    """Take what python-canopen has read or a program has put together, by way of the EDS that it writes."""
+    """Converts a dictionary of python-canopen, through the EDS that it writes."""
     from canalyze.dictionary import library
-    from canalyze.dictionary.table import table
+    from canalyze.dictionary.library import table
 
     found = read(library.written(given).encode(), name)
     objects = []

@@ -1,16 +1,16 @@
-"""A description held against what the traffic shows of a device: object by object, where the two disagree.
+"""Compares a description with a device in the traffic, object by object.
 
-Which of them is wrong is not said. What the traffic cannot show (an object that nobody asked for, a type of the same
-size, a value that was written before it was read) is no difference. Must not: read a file or a capture, or put
-anything into words.
+It is not decided which of the two is wrong. Properties that the traffic cannot show are no difference: an object
+that was not accessed, a type of the same size, a value that was written before it was read. Must not: read a file
+or a capture, or put anything into words.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 from canalyze import _core
-from canalyze.dictionary.model import ARRAY, RECORD, Address, Dictionary, Entry, NodeOffset
-from canalyze.dictionary.values import BYTES, NAMES, decoded
+from canalyze.dictionary.model import ARRAY, RECORD, Address, Dictionary, Entry, NodeOffset, Value
+from canalyze.dictionary.values import BYTES, NAMES, comparable, decoded, packed
 from canalyze.errors import SourceError
 
 Record = Mapping[str, Any]
@@ -36,14 +36,14 @@ SEVERITIES: Final = {
     "default": INFO,
     "unseen": INFO,
 }
-"""Every kind of difference, worst first, and how bad it is."""
+"""The kinds of differences, worst first, and their severities."""
 
 _FIRST_OBJECT: Final = 0x1000
 _STRUCTURE: Final = 0xFF
-"""Sub-index that a device may offer at any index and no description lists."""
+"""Sub-index that a device may offer at any index and that descriptions do not list."""
 _ABSENT: Final = frozenset({"06020000", "06090011"})
 _UNSET: Final = frozenset({None, 0, 0xFFFFFFFF})
-"""What templates have as an identity."""
+"""Identity values of templates."""
 _DEVICE_TYPE, _IDENTITY = 0x1000, 0x1018
 _PROFILE: Final = 0xFFFF
 _IDENTIFYING: Final = ((_DEVICE_TYPE, 0), (_IDENTITY, 1), (_IDENTITY, 2), (_IDENTITY, 3))
@@ -56,11 +56,11 @@ _CHANGING: Final = frozenset(
     {_DEVICE_TYPE, 0x1001, 0x1002, 0x1003, 0x1010, 0x1011, 0x1013, _IDENTITY, 0x1020, *range(0x1023, 0x1027)}
     | set(range(0x1F50, 0x1F60))
 )
-"""Objects of CiA 301 and 302 whose default says nothing: states, counters, commands, what single devices have."""
+"""Objects of CiA 301 and 302 with an insignificant default: states, counters, commands, device-specific data."""
 
 
 class Difference(NamedTuple):
-    """One thing in which the two disagree."""
+    """One property in which description and traffic disagree."""
 
     kind: str
     """A key of SEVERITIES."""
@@ -70,49 +70,49 @@ class Difference(NamedTuple):
     """None is the whole object."""
     name: str
     filed: str
-    """What the description says, in any language; empty where it says nothing."""
+    """The value in the description, the same in all languages; empty if it has none."""
     shown: str
-    """What the traffic shows."""
+    """The value in the traffic."""
     frame: int | None
     """A frame that shows it."""
 
 
 class Comparison(NamedTuple):
-    """A description held against a device."""
+    """A description compared with a device."""
 
     bus: str | None
     node: int
     differences: tuple[Difference, ...]
     """Worst first, then by address."""
     seen: int
-    """Objects of the description of which the traffic shows something."""
+    """Number of objects of the description that occur in the traffic."""
     unseen: tuple[Address, ...]
-    """Those of which it shows nothing."""
+    """Those that do not."""
 
 
 class _Case(NamedTuple):
-    """An object that the description has and the traffic shows."""
+    """An object in both the description and the traffic."""
 
     entry: Entry
     seen: Record
     node: int
     structural: bool
-    """It says how many sub-indices there are."""
+    """True if it is the number of sub-indices."""
     carried: bool
-    """A PDO of the description carries it."""
+    """True if it is mapped to a PDO of the description."""
 
     @property
     def width(self) -> int:
-        """Its size in bytes; 0 where its type has none."""
+        """Its size in bytes; 0 for a type without a fixed size."""
         return -(-(_core.DATA_TYPES.get(self.entry.type, ("", None))[1] or 0) // 8)
 
     def says(self, kind: str, filed: object, shown: object) -> Iterator[Difference]:
-        """Give a difference."""
+        """Yields a difference."""
         yield _difference(kind, (self.entry.index, self.entry.sub), self.entry.name, filed, shown, self.seen)
 
 
 def device(records: Sequence[Record], found: Dictionary) -> tuple[str | None, int]:
-    """Choose the device, bus and node-ID: that of the description's node, else the only one. SourceError for none."""
+    """Returns bus and node-ID of the device: the description's node, or else the only one. Raises SourceError."""
     places = {
         kind: [(one["bus"], one["node"]) for one in records if one["kind"] == kind] for kind in ("od_node", "od_pdo")
     }
@@ -133,7 +133,10 @@ def device(records: Sequence[Record], found: Dictionary) -> tuple[str | None, in
 def compared(
     found: Dictionary, records: Sequence[Record], bus: str | None, node: int, *, unseen: bool = False
 ) -> Comparison:
-    """Hold a description against the device with this node-ID on this bus. unseen: what is never seen differs, too."""
+    """Compares a description with the device of this node-ID on this bus.
+
+    unseen: objects that do not occur in the traffic are differences, too.
+    """
     own = [one for one in records if one["bus"] == bus]
     seen = {
         (int(one["index"], 16), one["sub"]): one for one in own if one["kind"] == "od_object" and one["node"] == node
@@ -182,7 +185,7 @@ def _difference(
 def _identity(
     found: Dictionary, entries: Mapping[Address, Entry], seen: Mapping[Address, Record]
 ) -> Iterator[Difference]:
-    """Vendor, product and revision may stand in two places of a file: one of them is enough."""
+    """Compares the identity. Vendor, product and revision may be in two places of a file; either may match."""
     of = found.device
     numbers = (None, of.vendor_number, of.product_number, of.revision_number)
     for address, number in zip(_IDENTIFYING, numbers, strict=True):
@@ -212,7 +215,7 @@ def _of_object(case: _Case) -> Iterator[Difference]:
 
 
 def _size(case: _Case) -> Iterator[Difference]:
-    """What was read counts: a device may take values that are longer than its object."""
+    """Compares the size; sizes read have precedence, because a device may accept longer values than its object."""
     sizes = case.seen["sizes"]
     least, most = sizes["read"] or sizes["written"] or (case.width, case.width)
     if case.width and (least, most) != (case.width, case.width):
@@ -244,7 +247,7 @@ def _limits(case: _Case) -> Iterator[Difference]:
     least, most = (float("-inf") if low is None else low), (float("inf") if high is None else high)
     template = (low, high) == (0, 0) or least > most
     own = isinstance(default, int | float) and not least <= default <= most
-    if template or own:  # such limits are none
+    if template or own:  # no real limits
         return
     values = (decoded(bytes.fromhex(data), case.entry.type) for data in case.seen["extremes"])
     beyond = [value for value in values if isinstance(value, int | float) and (value < least or value > most)]
@@ -255,7 +258,7 @@ def _limits(case: _Case) -> Iterator[Difference]:
 
 
 def _value(case: _Case) -> Iterator[Difference]:
-    """The value of a DCF is what the device is to have; a default counts for what was read before it was written."""
+    """Compares the value: a DCF's parameter with the current value, a default with the first value after a boot."""
     entry, seen = case.entry, case.seen
     if _is_of_mapping(entry.index) or (entry.index, entry.sub) in _IDENTIFYING or not _is_configuration(case):
         return
@@ -267,37 +270,27 @@ def _value(case: _Case) -> Iterator[Difference]:
 
 
 def _is_configuration(case: _Case) -> bool:
-    """Whether an object holds what the description gives it: it is no actual value, and no process data."""
+    """Returns true if the value of an object is configured, and not an actual value or process data."""
     entry, seen = case.entry, case.seen
     if entry.index in _CHANGING or case.carried or seen["tpdo"] or seen["rpdo"]:
         return False
     return entry.access != "ro" or case.structural or entry.index in _COMMUNICATION
 
 
-def _other(case: _Case, kind: str, filed: Any, data: str, size: int) -> Iterator[Difference]:
+def _other(case: _Case, kind: str, filed: Value, data: str, size: int) -> Iterator[Difference]:
     entry = case.entry
-    whole = len(data) == 2 * size and case.width in (0, size)  # else its size differs, or not all of it is there
-    value = decoded(bytes.fromhex(data), entry.type) if whole else None
-    if isinstance(filed, NodeOffset):
-        filed = filed.at(case.node)
-    if isinstance(filed, float) and case.width == 4:
-        filed = decoded(_single(filed), entry.type)
-    if isinstance(filed, str):
-        filed, value = filed.strip(), value.strip() if isinstance(value, str) else None
-    if value is not None and filed != value and entry.type not in BYTES:
-        yield from case.says(kind, _spelled(filed, entry), _spelled(value, entry))
-
-
-def _single(value: float) -> bytes:
-    import struct
-
-    return struct.pack("<f", value)
+    if len(data) != 2 * size or case.width not in (0, size) or entry.type in BYTES:
+        return  # its size differs, or a part of it is missing
+    known = packed(filed, entry.type, case.node), bytes.fromhex(data)
+    one, other = (decoded(value, entry.type) for value in known)
+    if None not in (one, other) and len({comparable(value, entry.type) for value in known}) > 1:
+        yield from case.says(kind, _spelled(one, entry), _spelled(other, entry))
 
 
 def _spelled(value: object, entry: Entry) -> str:
-    """Give a value: a word of the communication profile in hexadecimal, text in quotes."""
+    """Returns a value as text: an UNSIGNED32 of the communication profile in hexadecimal, text in quotes."""
     if isinstance(value, str):
-        return f'"{value}"'
+        return f'"{value.strip()}"'
     word = entry.index in _COMMUNICATION and NAMES.get(entry.type) == "UNSIGNED32" and isinstance(value, int)
     return f"{value:08X}h" if word else str(value)
 
@@ -310,7 +303,7 @@ def _is_of_mapping(index: int) -> bool:
 
 
 def _mapping(found: Dictionary, pdo: _core.Pdo, node: int, seen: Mapping[Address, Record]) -> Iterator[Difference]:
-    """The mapping of a PDO is one thing, of whose entries those are compared that the traffic shows."""
+    """Compares the mapping of a PDO as a whole; only entries in the traffic count."""
     index = _core.mapping_parameter(pdo.direction, pdo.number)
     thing = found.object(index)
     if thing is None:
@@ -343,7 +336,7 @@ def _mapping(found: Dictionary, pdo: _core.Pdo, node: int, seen: Mapping[Address
 
 
 def _mapped(words: Mapping[int, int], count: int) -> str:
-    """Give the entries of a mapping: object and bits each, "?" for one that is not known."""
+    """Returns the entries of a mapping as text: object and bits each, "?" for an unknown one."""
     if count > _MOST_MAPPED:
         return str(count)  # such as that of an MPDO
     known = (words.get(sub) for sub in range(1, count + 1))
@@ -358,9 +351,9 @@ def _length(
     *,
     booted: bool,
 ) -> Iterator[Difference]:
-    """How long a PDO is, where nothing else is known of its mapping: after the write of one the file's does not count.
+    """Compares the length of a PDO with the file's mapping, unless the traffic shows a mapping.
 
-    A receiver takes what is longer than its mapping.
+    A receiver accepts more than its mapping.
     """
     index = _core.mapping_parameter(pdo.direction, pdo.number)
     known = any(one["values"] or one["unconfirmed"] for (at, _), one in seen.items() if at == index)

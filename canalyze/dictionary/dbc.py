@@ -1,8 +1,8 @@
-"""PDOs -> a DBC file, written by cantools: what other tools decode them by.
+"""PDOs -> a DBC file, written by cantools, for decoding by other tools.
 
-What a PDO is, which bits a signal has and how it is read, the core says (`tables/jsonl/pdos.rs` documents its records);
-here it gets names that a DBC may have. What a DBC cannot hold is listed, each with a key of `words` and its facts.
-cantools is imported only where a file is made.
+PDOs, the bits of their signals and their types come from the core (`tables/jsonl/pdos.rs` documents the records);
+here they get names that are valid in a DBC. Parts that a DBC cannot hold are listed, each with a key of `words`
+and its facts. cantools is imported only if a file is written.
 """
 
 import math
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 Record = Mapping[str, Any]
 """A line of the core: `pdo`."""
 Described = Callable[[str | None, int, int, int], "Entry | None"]
-"""Gives what a description says of an object: of bus, node-ID, index and sub-index."""
+"""Returns the entry of a description for bus, node-ID, index and sub-index."""
 Said = tuple[str, dict[str, object]]
 """A key of `words`, and its facts."""
 
 ENCODING: Final = "cp1252"
-"""Of DBC files."""
+"""The encoding of DBC files."""
 _MOST_BITS: Final = 64
 _ADDRESS: Final = "address"
 """The first four bytes of a multiplex PDO."""
@@ -45,11 +45,14 @@ class Made(NamedTuple):
     messages: int
     signals: int
     said: tuple[Said, ...]
-    """What of the PDOs is not in it, or not as it was."""
+    """The parts of the PDOs that are missing or changed in the file."""
 
 
 def made(records: Sequence[Record], described: Described) -> Made:
-    """Make a DBC of one bus. CanalyzeError where cantools is not there, OutputError where there is nothing to write."""
+    """Returns the DBC of one bus.
+
+    Raises CanalyzeError if cantools is not installed, and OutputError if there is nothing to write.
+    """
     try:
         from cantools.database.can import Database, Node
     except ImportError as error:
@@ -77,7 +80,7 @@ def made(records: Sequence[Record], described: Described) -> Made:
 
 
 def _message(group: list[Record], described: Described, said: list[Said]) -> "Message | None":
-    """Make the message of an identifier, of the PDOs that have it."""
+    """Returns the message of an identifier from the PDOs that use it."""
     from cantools.database.can import Message
 
     group.sort(key=lambda one: (bool(one["signals"]), one["frames"], one["transmit"]), reverse=True)
@@ -149,7 +152,7 @@ def _signals(
 
 
 def identifier(text: str) -> str:
-    """Give the letters and digits of a text, with _ between."""
+    """Returns the letters and digits of a text, joined by _."""
     letters = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
     return re.sub("[^0-9A-Za-z]+", "_", letters).strip("_")
 
@@ -159,7 +162,7 @@ def _node(node: int) -> str:
 
 
 def _cycle(pdo: Record) -> int | None:
-    """Give the time between two frames in ms, where it is known and a whole number, as a DBC has it."""
+    """Returns the cycle time in ms, if it is known and a whole number as a DBC requires."""
     if pdo["type"] in _CYCLIC and pdo["sync_ns"]:
         time, rest = divmod(pdo["type"] * pdo["sync_ns"], 1_000_000)
         return None if rest else time
@@ -167,7 +170,7 @@ def _cycle(pdo: Record) -> int | None:
 
 
 def _unique(one: Record, pdo: Record, taken: set[str]) -> str:
-    """Give the name of a signal as a DBC may have it, which no other one of its message has."""
+    """Returns a valid name of a signal that is unique in its message."""
     name = identifier(one["name"])
     place = f"{one['index']}h_{one['sub']:02X}"
     names = [name if re.match("[A-Za-z]", name) else f"Obj_{place}"]
@@ -179,5 +182,5 @@ def _unique(one: Record, pdo: Record, taken: set[str]) -> str:
 
 
 def _plain(text: str) -> str:
-    """Give a text as it can stand in quotes."""
+    """Returns a text without the characters that are invalid within quotes."""
     return "".join(char if char.isprintable() else " " for char in text).replace('"', "'").replace("\\", "/")

@@ -1,25 +1,97 @@
-"""Configurations of devices, of two captures or descriptions -> in what they differ, object by object.
+"""Compares the configurations of devices in two captures or descriptions, object by object.
 
-What a capture shows is a part of what a device has: an object that it does not show need not be missing, but what was
-written in the one and never in the other is a difference. A description has all of its objects. What changes by nature
-is set apart, with the reason, unless somebody has configured it. Must not: read a file, or write words.
+A capture shows only a part of a device: an object that it does not show need not be missing, but one written in
+one capture and never in the other is a difference. A description contains all of its objects. Volatile objects are
+reported separately with a reason, unless they were configured. Must not: read a file, or write words.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from typing import Any, Final, Literal, NamedTuple
 
 from canalyze.dictionary.model import Address, Dictionary, Entry
-from canalyze.dictionary.nature import Nature, standard_nature
-from canalyze.dictionary.values import BYTES, CODES, REAL, SIGNED, STRINGS, packed
+from canalyze.dictionary.values import CODES, comparable, packed
+
+Nature = Literal["state", "history", "time", "command", "serial", "process", "set-point"]
+
+_BATTERY: Final[dict[Nature, str]] = {
+    "state": "6000-6001 6090",
+    "process": "6010 6050-6054 6060 6070 6080-6081",
+    "serial": "6030-6031 6040-6041",
+}
+_TABLE: Final[dict[int, dict[Nature, str]]] = {
+    0: {
+        "state": "1001-1002 1F57",
+        "history": "1003",
+        "time": "1013 1020",
+        "command": "1010-1011 1023-1026 1F25 1F50-1F51 1F82-1F83",
+    },
+    401: {
+        "process": "6000 6020-6027 6100 6120 6400-6403",
+        "set-point": "6200 6220-6227 6300 6320 6410-6413",
+        "state": "6422",
+    },
+    402: {
+        "state": "603F 6041 6061 60B9",
+        "command": "6040",
+        "process": "6043 6044 6053 6054 6062-6064 6069 606B 606C 6074 6077-6079"
+        " 60BA-60BD 60D1-60D8 60F4 60FA 60FC 60FD",
+        "set-point": "6042 6071 607A 60C1 60FE-60FF",
+    },
+    404: {"process": "6100 6130 6140", "state": "6150"},
+    406: {
+        "process": "6004 6008 600C 6020 6030 6040 6050",
+        "state": "6300 6400 6500 6503 6505",
+        "time": "6508",
+        "serial": "650B",
+    },
+    410: {"process": "6010 6020 6110 6120"},
+    418: _BATTERY,
+    419: _BATTERY,
+}
+"""By profile, 0 for all devices: indices, and ranges of them, in hexadecimal."""
+_PROFILES: Final = range(0x6000, 0xA000)
+_SERIAL_NUMBER: Final = (0x1018, 4)
+_AXIS: Final = 0x800
+"""Distance between the objects of two axes of a drive."""
+
+
+def standard_nature(address: Address, profile: int) -> Nature | None:
+    """Returns the reason for which an object's value is no configuration; None if it may be.
+
+    profile: that of the device; with 0 (unknown) its objects are read as those of a drive.
+    """
+    index = address[0]
+    if address == _SERIAL_NUMBER:
+        return "serial"
+    if index not in _PROFILES:
+        return _natures(0).get(index)
+    if profile in (0, 402):
+        return _natures(402).get(_PROFILES[index % _AXIS])
+    return _natures(profile).get(index)
+
+
+@cache
+def _natures(profile: int) -> dict[int, Nature]:
+    found: dict[int, Nature] = {}
+    for nature, spans in _TABLE.get(profile, {}).items():
+        for span in spans.split():
+            first, _, last = span.partition("-")
+            found |= dict.fromkeys(range(int(first, 16), int(last or first, 16) + 1), nature)
+    return found
+
 
 Record = Mapping[str, Any]
 """A line of the core: `od_node` or `od_object`."""
 Reason = Nature | Literal["pdo", "read-only", "varies", "unknown", "unseen"]
-"""Why a difference does not count; pdo: PDOs carry the value; varies: it changed though nobody wrote it; unknown: no
-value is known of it on one side; unseen: the capture does not show it."""
+"""Reasons for which a difference does not count.
+
+pdo: PDOs carry the value; varies: it changed without a write; unknown: one side has no value; unseen: the capture
+does not show it.
+"""
 
 _DESCRIBES: Final = (range(0x1000, 0x1001), range(0x1008, 0x100B), range(0x1018, 0x1019))
-"""What can only be read, and says which device it is."""
+"""Read-only objects that identify the device."""
 _COB_IDS: Final = (
     (range(0x1005, 0x1006), (0,)),
     (range(0x1012, 0x1013), (0,)),
@@ -30,36 +102,36 @@ _COB_IDS: Final = (
     (range(0x1800, 0x1A00), (1,)),
 )
 IDENTIFIER: Final = 0x1FFF_FFFF
-"""Of a COB-ID the bits of the CAN-ID."""
+"""The bits of the CAN-ID in a COB-ID."""
 _NODE: Final = 0x7F
 
 
 class Held(NamedTuple):
-    """What one side knows of an object."""
+    """An object as one side knows it."""
 
     name: str
     kind: int
-    """Code of its type, 0 where neither a description nor a standard has one."""
+    """The code of its type; 0 if neither a description nor a standard defines it."""
     data: bytes | None
-    """Its value as it is transferred; None where it is not known, or not all of it."""
+    """Its value as it is transferred; None if it is unknown or incomplete."""
     configured: bool
-    """It was written and accepted, or is the ParameterValue of a file."""
+    """True if it was written and accepted, or is the ParameterValue of a file."""
     exists: bool = True
-    """The device has not said that there is no such object."""
+    """False if the device has reported that there is no such object."""
     changes: Reason | None = None
-    """Why its value says nothing of the configuration, as far as this side knows, unless somebody has configured it."""
+    """The reason for which its value is no configuration unless it was written, as far as this side knows."""
     commanded: bool = False
-    """RPDOs write it."""
+    """True if RPDOs write it."""
     refused: bool = False
-    """The device has refused to have it read or written."""
+    """True if the device has refused to have it read or written."""
 
 
 class Node(NamedTuple):
-    """What one side knows of a node."""
+    """A node as one side knows it."""
 
     bus: str | None
     node: int | None
-    """None: a description that says of no node."""
+    """None for a description without a node-ID."""
     profile: int
     objects: Mapping[Address, Held]
 
@@ -73,7 +145,7 @@ class Side(NamedTuple):
 
     @property
     def whole(self) -> bool:
-        """Whether an object that is not there is missing."""
+        """True if an object that is not there is missing."""
         return self.form not in ("capture", "concise")
 
 
@@ -83,7 +155,7 @@ class Difference(NamedTuple):
     address: Address
     held: tuple[Held | None, Held | None]
     reason: Reason | None
-    """Why it does not count."""
+    """The reason for which it does not count, if any."""
 
 
 class Pair(NamedTuple):
@@ -97,7 +169,7 @@ class Pair(NamedTuple):
 
 
 class Compared(NamedTuple):
-    """Two sides, and how they compare."""
+    """The result of comparing two sides."""
 
     sides: tuple[Side, Side]
     pairs: list[Pair]
@@ -106,7 +178,7 @@ class Compared(NamedTuple):
 
 
 def captured(records: Iterable[Record]) -> Side:
-    """Take what a capture has shown."""
+    """Returns the nodes of a capture."""
     nodes: list[Node] = []
     objects: dict[Address, Held] = {}
     for one in records:
@@ -119,9 +191,10 @@ def captured(records: Iterable[Record]) -> Side:
 
 
 def compare(both: Sequence[Side | Dictionary], chosen: tuple[int, int] | None, *, filtered: bool) -> Compared:
-    """Compare A and B. chosen: only this node of A with that node of B. filtered: captures show chosen objects only.
+    """Compares A and B.
 
-    A description that says of no node is of the chosen one, else of the only one that the other side has.
+    chosen: only this node of A with that node of B. filtered: captures show selected objects only. A description
+    without a node-ID is of the chosen node, or else of the only one of the other side.
     """
     known = [[node.node for node in one.nodes] if isinstance(one, Side) else [one.node] for one in both]
     wanted = chosen or (None, None)
@@ -137,15 +210,15 @@ def compare(both: Sequence[Side | Dictionary], chosen: tuple[int, int] | None, *
 
 
 def relative(address: Address, data: bytes, node: int | None) -> int | None:
-    """Give a COB-ID without the node-ID that it contains; None where it is no COB-ID, or contains it not."""
+    """Returns a COB-ID without the node-ID that it contains; None if it is no COB-ID, or does not contain it."""
+    if node is None or not any(address[0] in indices and address[1] in subs for indices, subs in _COB_IDS):
+        return None
     number = int.from_bytes(data, "little")
-    holds = any(address[0] in indices and address[1] in subs for indices, subs in _COB_IDS)
-    contains = node is not None and number & _NODE == node and _NODE < number & IDENTIFIER < 0x800
-    return number - (node or 0) if holds and contains else None
+    return number - node if number & _NODE == node and _NODE < number & IDENTIFIER < 0x800 else None
 
 
 def _described(found: Dictionary, node: int | None) -> Side:
-    """Take what a description says of a node."""
+    """Returns the node of a description."""
     carried = {(one.index, one.sub): pdo.direction for pdo in found.pdos if pdo.cob_id.valid for one in pdo.mapped}
     objects = {
         (entry.index, entry.sub): _entry(entry, node, carried.get((entry.index, entry.sub)))
@@ -198,14 +271,14 @@ def _describes(index: int) -> bool:
 
 
 def _is_of_pdo(index: int) -> bool:
-    """Tell whether it is a parameter of a PDO: a fixed one is part of the configuration, too."""
+    """Returns true for a parameter of a PDO, whose fixed values are part of the configuration, too."""
     return 0x1400 <= index < 0x1C00
 
 
 def _pairs(
     a: Side, b: Side, wanted: tuple[int | None, int | None]
 ) -> tuple[list[tuple[Node, Node]], tuple[list[Node], list[Node]]]:
-    """Settle which nodes are compared: the same node-ID on the same bus, else wherever there is one of that node-ID."""
+    """Returns the nodes to compare: same node-ID and bus, or else the only ones of that node-ID."""
     left, right = (
         [one for one in side.nodes if want is None or one.node == want]
         for side, want in zip((a, b), wanted, strict=True)
@@ -252,7 +325,7 @@ def _pair(nodes: tuple[Node, Node], whole: tuple[bool, bool], strict: bool) -> P
 def _reason(
     address: Address, held: tuple[Held | None, Held | None], whole: tuple[bool, bool], profile: int, strict: bool
 ) -> Reason | None:
-    """Tell why a difference does not count; None where it does."""
+    """Returns the reason for which a difference does not count; None if it counts."""
     there = [side for side in held if side]
     nature = standard_nature(address, profile)
     if len(there) == 1:
@@ -266,7 +339,7 @@ def _reason(
         return "pdo"
     unknown = [place for place, side in enumerate(held) if side and side.data is None]
     if unknown:
-        # A description without a value says nothing; a capture, that nobody has configured it.
+        # A missing value means nothing in a description, and "not configured" in a capture.
         only = len(unknown) == 1 and not whole[unknown[0]] and not there[unknown[0]].configured
         return None if only and there[1 - unknown[0]].configured else "unknown"
     if any(side.configured for side in there):
@@ -275,11 +348,7 @@ def _reason(
 
 
 def _meaning(address: Address, held: Held, kind: int, node: int | None) -> object:
-    """Give what is equal where two values are, by one type. node: a COB-ID counts without it; None: as it is."""
+    """Returns the value of an object for comparison. node: removed from a COB-ID, unless None."""
     data = held.data or b""
-    if kind in STRINGS:
-        return data.rstrip(b"\0")
-    if kind in BYTES or kind in REAL or len(data) > 8:
-        return data
     base = relative(address, data, node)
-    return int.from_bytes(data, "little", signed=kind in SIGNED) if base is None else ("relative", base)
+    return comparable(data, kind) if base is None else ("relative", base)

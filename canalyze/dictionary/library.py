@@ -1,13 +1,22 @@
-"""Descriptions as python-canopen has them, given and taken: the only file that imports it."""
+"""Converts descriptions from and to python-canopen, and to the core's flat table for decoding.
+
+No other module imports python-canopen. In the table `$NODEID` stays unresolved; the core interprets mappings and
+COB-IDs.
+"""
 
 import io
+import os
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, cast
 
+from canalyze import _core
 from canalyze.dictionary.model import (
     ARRAY,
     RECORD,
     Dictionary,
+    Entry,
     NodeOffset,
+    Object,
     Value,
 )
 
@@ -16,8 +25,48 @@ if TYPE_CHECKING:
     from canopen.objectdictionary import ODVariable
 
 
+Row = tuple[int, int, str, int, str, int | None, bool, bool, bool, str, float]
+"""Index, sub, name, data type, access, value, relative, configured, mappable, unit, factor; see `_core.Dictionary`."""
+
+
+def table(file: str, form: str, product: str | None, objects: Iterable[Object]) -> _core.Dictionary:
+    """Returns the core's table of a description."""
+    return _core.Dictionary(**arguments(file, form, product, objects))
+
+
+def arguments(file: str, form: str, product: str | None, objects: Iterable[Object]) -> dict[str, Any]:
+    """Returns the arguments of the core's table."""
+    name = os.fsencode(file).decode("utf-8", "backslashreplace")
+    return {"file": name, "form": form, "device": product or "", "rows": list(rows(objects))}
+
+
+def rows(objects: Iterable[Object]) -> Iterator[Row]:
+    """Yields one row per sub-object, in order of index and sub-index."""
+    for thing in objects:
+        for entry in thing.entries:
+            yield _row(entry)
+
+
+def _row(entry: Entry) -> Row:
+    value = entry.value
+    relative = isinstance(value, NodeOffset)
+    return (
+        entry.index,
+        entry.sub,
+        entry.name,
+        entry.type,
+        entry.access,
+        value.offset if isinstance(value, NodeOffset) else value if isinstance(value, int) else None,
+        relative,
+        entry.parameter is not None,
+        entry.mappable,
+        entry.unit,
+        entry.factor or 1.0,  # 0 means that there is no factor
+    )
+
+
 def written(dictionary: "ObjectDictionary") -> str:
-    """Let python-canopen write an EDS."""
+    """Returns the EDS that python-canopen writes."""
     import canopen
 
     stream = io.StringIO()
@@ -26,7 +75,7 @@ def written(dictionary: "ObjectDictionary") -> str:
 
 
 def variables(dictionary: "ObjectDictionary", index: int) -> "dict[int, ODVariable]":
-    """Give the variables of an object by their sub-index."""
+    """Returns the variables of an object by their sub-index."""
     from canopen.objectdictionary import ODVariable
 
     given = dictionary.indices.get(index)
@@ -36,7 +85,7 @@ def variables(dictionary: "ObjectDictionary", index: int) -> "dict[int, ODVariab
 
 
 def given(described: Dictionary, node: int) -> "ObjectDictionary":
-    """Give a description as python-canopen has it, for a node: what depends on the node-ID is worked out."""
+    """Returns a description as python-canopen's object for a node, with values relative to the node-ID resolved."""
     from canopen import ObjectDictionary
     from canopen.objectdictionary import ODArray, ODRecord, ODVariable
 

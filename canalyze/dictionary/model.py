@@ -1,7 +1,7 @@
-"""What a device description says, typed and frozen. Knows neither files nor python-canopen nor words.
+"""The content of a device description, typed and frozen.
 
-`$NODEID` stays unresolved (`NodeOffset`), so that one description serves every node that carries it. All are named
-tuples: to read a description costs as little as it can where `decode` starts.
+`$NODEID` stays unresolved (`NodeOffset`), so that one description serves several nodes. All types are named tuples,
+which keeps the start of `decode` fast. Must not: know files, python-canopen or words.
 """
 
 from collections.abc import Mapping
@@ -22,12 +22,12 @@ ARRAY, RECORD = 8, 9
 
 
 class NodeOffset(NamedTuple):
-    """A number that stands for node-ID + offset."""
+    """A number relative to the node-ID."""
 
     offset: int
 
     def at(self, node: int) -> int:
-        """Give the number for one node."""
+        """Returns the number for one node."""
         return self.offset + node
 
 
@@ -41,7 +41,7 @@ class Entry(NamedTuple):
     sub: int
     name: str
     type: int
-    """Data type code as the file has it (CiA 301 7.4.7); 0 where it has none."""
+    """The data type code in the file (CiA 301 7.4.7); 0 if it has none."""
     access: Access
     default: Value | None
     """DefaultValue, None if empty or missing."""
@@ -56,7 +56,7 @@ class Entry(NamedTuple):
 
     @property
     def value(self) -> Value | None:
-        """What the device starts with: the parameter value of a DCF, else the default."""
+        """The initial value: the parameter value of a DCF, or else the default."""
         return self.default if self.parameter is None else self.parameter
 
 
@@ -72,7 +72,7 @@ class Object(NamedTuple):
     line: int
 
     def entry(self, sub: int) -> Entry | None:
-        """Give the entry of one sub-index."""
+        """Returns the entry of a sub-index."""
         return next((entry for entry in self.entries if entry.sub == sub), None)
 
 
@@ -91,7 +91,7 @@ class FileInfo(NamedTuple):
 
 
 class Device(NamedTuple):
-    """Section DeviceInfo; None where the file does not say."""
+    """Section DeviceInfo; None for missing keys."""
 
     vendor_name: str | None
     vendor_number: int | None
@@ -108,17 +108,17 @@ class Device(NamedTuple):
 
 
 class Defect(NamedTuple):
-    """What had to be repaired, could not be used, or does not agree with itself."""
+    """An inconsistency or error in a file, which was repaired if possible."""
 
     line: int
-    """0 where no line is to blame."""
+    """0 if it has no line."""
     code: str
     """A key of EFFECTS; its words are `defect.CODE`."""
     facts: Mapping[str, object]
 
     @property
     def effect(self) -> Effect:
-        """What became of it."""
+        """Its effect."""
         return EFFECTS[self.code]
 
 
@@ -132,30 +132,30 @@ class Dictionary(NamedTuple):
     device: Device
     comments: tuple[str, ...]
     node: int | None
-    """As asked for, else as a DCF says."""
+    """The requested one, or else that of a DCF."""
     node_name: str
     bit_rate: int | None
-    """Of a DCF, in bit/s."""
+    """That of a DCF, in bit/s."""
     objects: tuple[Object, ...]
     """By index, ascending."""
     dummies: frozenset[int]
     """Data types that may be mapped to skip bits."""
     table: "_core.Dictionary"
-    """What the core reads frames by."""
+    """The core's table for decoding frames."""
     pdos: "tuple[_core.Pdo, ...]"
     """RPDOs, then TPDOs, by number."""
     defects: tuple[Defect, ...]
     """By line."""
 
     def object(self, index: int) -> Object | None:
-        """Give the object of one index."""
+        """Returns the object of an index."""
         from bisect import bisect_left
 
         place = bisect_left(self.objects, index, key=lambda found: found.index)
         return self.objects[place] if place < len(self.objects) and self.objects[place].index == index else None
 
     def entry(self, index: int, sub: int) -> Entry | None:
-        """Give one entry."""
+        """Returns the entry of an index and sub-index."""
         found = self.object(index)
         return found.entry(sub) if found else None
 
@@ -205,4 +205,4 @@ EFFECTS: Final[dict[str, Effect]] = {
     "mapped-unknown": "noted",
     "mapped-size": "noted",
 }
-"""Every code of a defect and what became of what it names."""
+"""The codes of defects and their effects."""

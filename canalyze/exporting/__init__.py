@@ -1,10 +1,10 @@
-"""A capture as files of columns: Parquet, Arrow's file format, CSV; the core's tables in the layout of a data lake.
+"""A capture as files of columns (Parquet, Arrow, CSV): the core's tables in the layout of a data lake.
 
     core --batches--> export.Export --> shaping (columns, names, units) --> writing (one growing file each)
 
-What is exported where stands here, and needs nothing but Python; `export`, `shaping` and `writing` need pyarrow (the
-extra `parquet`) and are imported once something is written. No Python object a row on the way. Must not: read a
-capture, or know what a frame means.
+The tables and targets are defined here, without further packages; `export`, `shaping` and `writing` need pyarrow
+(the extra `parquet`) and are imported when something is written. No Python object is made per row. Must not: read a
+capture, or know the meaning of a frame.
 """
 
 from pathlib import Path
@@ -23,23 +23,23 @@ TABLES: Final = {
     "emcy": "emcy",
     "sync_cycles": "sync_cycles",
 }
-"""The tables that may be asked for, and the core's tables that they are made of."""
+"""The tables that can be exported, with the core's tables that they are made from."""
 FORMS: Final = {".parquet": "parquet", ".arrow": "arrow", ".csv": "csv"}
-"""What a file is, by the end of its name."""
+"""Formats by the suffix of a file."""
 FOLDER: Final = "folder"
-"""A folder, with a file of Parquet for each table and message."""
+"""A folder, with a Parquet file for each table and message."""
 FIRST: Final = "frames"
-"""The table that a single file holds unless another is asked for."""
+"""The default table of a single file."""
 
 
 class Target(NamedTuple):
-    """Where a capture is exported to."""
+    """The target of an export."""
 
     path: Path
     form: str
     """FOLDER, or one of FORMS: a single file."""
     tables: tuple[str, ...]
-    """Some of TABLES; of a single file exactly one, which is not `signals`: that is a table for each message."""
+    """Some of TABLES; for a single file exactly one other than `signals`, which is a table per message."""
 
     @property
     def core(self) -> list[str]:
@@ -48,7 +48,7 @@ class Target(NamedTuple):
 
 
 def form_of(name: str) -> str | None:
-    """Say by its name what an output is; None where its suffix is that of nothing that can be written."""
+    """Returns the format of an output by its name; None for an unknown suffix."""
     path = Path(name)
     suffix = path.suffix.lower()
     if suffix in FORMS and not path.is_dir():
@@ -57,7 +57,7 @@ def form_of(name: str) -> str | None:
 
 
 def require() -> None:
-    """Make sure that pyarrow is there; CanalyzeError that names the extra where it is not."""
+    """Checks that pyarrow is installed. Raises CanalyzeError with the name of the extra otherwise."""
     try:
         import pyarrow.parquet  # noqa: F401
     except ImportError as error:

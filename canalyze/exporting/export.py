@@ -1,4 +1,4 @@
-"""A capture on its way into files of columns: one `Export` a capture, whoever reads it.
+"""Writes a capture to files of columns: one `Export` per capture.
 
     with Export(target, About(capture="night-17"), force=True) as made:
         for result in Reading(session, ...).over(names):   # or the `take` of a Run
@@ -6,12 +6,12 @@
         made.take(session)
         written = made.complete()
 
-`session` is one with SETTINGS and the target's tables (`target.core`). Files are parts until `complete` gives them
-their names, `captures` last; left without it, by an error or on purpose, nothing is there. In a folder a file is
+`session` has SETTINGS and the target's tables (`target.core`). Files are parts until `complete` renames them,
+`captures` last; without `complete` they are removed. In a folder a file is
 
     TABLE/date=2026-11-20/device=DEVICE/CAPTURE.parquet          signals/message=TPDO1_drive/date=.../...
 
-Must not: read a capture, print, or decide what a column is called.
+Must not: read a capture, print, or choose the names of columns.
 """
 
 import json
@@ -30,41 +30,42 @@ import pyarrow as pa
 from canalyze import __version__
 from canalyze.errors import OutputError
 from canalyze.exporting import FOLDER, TABLES, Target
-from canalyze.exporting.shaping import DATES, RAW, Message, Of, fixed, identifier, kind_of, said_of, wide
+from canalyze.exporting.shaping import RAW, Message, Of, fixed, identifier, kind_of, said_of, wide
 from canalyze.exporting.writing import File
 from canalyze.library.columns import columns
+from canalyze.values import DATES_NS
 
 if TYPE_CHECKING:
     from canalyze._core import Session
 
 SETTINGS: Final = {"format": "summary"}
-"""What a session needs beside its tables."""
+"""Settings of the session beside its tables."""
 _WAITING: Final = 64 << 20
-"""Bytes of rows of all files that are not written yet."""
+"""Maximum bytes of rows of all files that wait to be written."""
 _OPEN: Final = 100
-"""Files that are written at once: each takes memory and a descriptor."""
+"""Maximum number of open files, which take memory and descriptors."""
 _NONE: Final = "__HIVE_DEFAULT_PARTITION__"
-"""What a folder says for no value; whoever reads such folders takes it for null."""
+"""The name of a Hive partition folder for null."""
 _SUFFIX: Final = ".parquet"
 _EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
 _NAMES: Final = {table: name for name, table in TABLES.items()}
 
 
 class About(NamedTuple):
-    """What is known of a capture before it is read."""
+    """The properties of a capture that are known before it is read."""
 
     capture: str
-    """What it is called among others: the name of its files, and of the column `capture`."""
+    """Its name among others: that of its files, and the value of the column `capture`."""
     device: str = ""
-    """Where it was recorded; "": not said."""
+    """Where it was recorded; "" if unknown."""
     files: tuple[str, ...] = ()
-    """What is read."""
+    """The files that are read."""
     described: Mapping[tuple[str | None, int], str] = {}
-    """The names of device descriptions, by bus (None: all) and node; messages are called after them."""
+    """The names of device descriptions, by bus (None: all) and node; messages are named after them."""
 
 
 class Written(NamedTuple):
-    """What an export has become."""
+    """The result of an export."""
 
     files: tuple[Path, ...]
     rows: Mapping[str, int]
@@ -74,10 +75,10 @@ class Written(NamedTuple):
 
 
 class Export:
-    """The files of one capture; a context manager. OutputError where something cannot be written, from any method."""
+    """The files of one capture; a context manager. All methods raise OutputError if something cannot be written."""
 
     def __init__(self, target: Target, about: About, *, force: bool = False) -> None:
-        """Look at what is there already. force: files of the same capture give way."""
+        """Checks for existing files. force: files of the same capture are replaced."""
         self._target = target
         self._about = about
         self._force = force
@@ -85,7 +86,7 @@ class Export:
         self._made = False
         self._of = Of(about.capture, exact=target.form not in (FOLDER, "parquet"))
         self._files: dict[str, File] = {}
-        """By table, a wide one as signals/MESSAGE; the one written last is last."""
+        """By table, a wide one as signals/MESSAGE; in the order of the last write."""
         self._messages: dict[str, Message] = {}
         self._catalog: dict[tuple[str, ...], dict[str, Any]] = {}
         self._findings = dict.fromkeys(("error", "warning", "info"), 0)
@@ -94,7 +95,7 @@ class Export:
             raise OutputError("output.exists", name=str(there[0]))
 
     def __enter__(self) -> Self:
-        """Make the folder, if it is to be one."""
+        """Creates the folder, if the target is one."""
         if self._target.form == FOLDER and not self._folder.is_dir():
             with _said(self._folder):
                 self._folder.mkdir(parents=True)
@@ -102,7 +103,7 @@ class Export:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Take away what is not complete."""
+        """Removes incomplete files."""
         for file in self._files.values():
             with suppress(OSError, pa.ArrowException):
                 file.discard()
@@ -111,7 +112,7 @@ class Export:
                 self._folder.rmdir()
 
     def take(self, session: "Session", result: bytes = b"") -> None:
-        """Take the batches that are complete, and what the session has given: lines of its summary."""
+        """Appends the complete batches, and the session's result: lines of its summary."""
         self._summary += map(json.loads, result.splitlines())
         self._of = self._of._replace(date_ns=session.date_ns or 0)
         with _said(self._target.path):
@@ -121,9 +122,9 @@ class Export:
                 max(self._files.values(), key=lambda file: file.waiting).flush()
 
     def complete(self, bring: Callable[[Path, str], None] | None = None) -> Written:
-        """Write the rest and give all files their names; FileExistsError is an OutputError here, too.
+        """Writes the rest and renames all files; an existing file raises OutputError.
 
-        bring: takes each file to its name in a folder elsewhere; there is none of the capture yet that counts.
+        bring: moves each file to its name in a folder elsewhere, where no valid files of the capture exist yet.
         """
         capture = next((one for one in self._summary if one["kind"] == "summary_capture"), {})
         day = self._moment(capture.get("first_t"))
@@ -179,7 +180,7 @@ class Export:
         self._file(f"signals/{message}").take(made)
 
     def _file(self, table: str) -> File:
-        """Give the file of a table, as the one written last."""
+        """Returns the file of a table, and makes it the last written one."""
         file = self._files.pop(table, None)
         if file is None:
             form = self._target.form
@@ -191,14 +192,14 @@ class Export:
         return file
 
     def _remember(self, table: str, message: str, schema: pa.Schema, but: Set[str] = frozenset()) -> None:
-        """Put the columns of a table that are always there into the catalog."""
+        """Adds the fixed columns of a table to the catalog."""
         for field in schema:
             if field.name not in but:
                 row = {"table_name": table, "message": message or None, "column_name": field.name}
                 self._catalog.setdefault((table, message, field.name), row | {"unit": said_of(field).get("unit")})
 
     def _signal(self, message: str, column: str, field: pa.Field, said: dict[str, str], named: tuple[str, str]) -> None:
-        """Put a signal of one mapping of one PDO into the catalog."""
+        """Adds a signal of one mapping of one PDO to the catalog."""
         key = ("signals", message, column, said["bus"], said["node"], said["pdo"], said["version"])
         if key in self._catalog:
             return
@@ -224,7 +225,7 @@ class Export:
         }
 
     def _columns(self) -> list[dict[str, Any]]:
-        """Give the rows of the catalog, with the types that columns have come to."""
+        """Returns the rows of the catalog, with the final types of the columns."""
         schemas = {name: file.schema for name, file in self._files.items()}
         tables = (
             schemas["/".join(filter(None, (row["table_name"], row["message"])))] for row in self._catalog.values()
@@ -235,7 +236,7 @@ class Export:
         ]
 
     def _capture(self, said: dict[str, Any]) -> dict[str, Any]:
-        """Give the row of the capture itself."""
+        """Returns the row of the capture."""
         buses = [one for one in self._summary if one["kind"] == "summary_bus"]
         nodes = {one["node"] for one in self._summary if one["kind"] == "summary_node"}
         counted = "findings" in self._target.tables
@@ -252,21 +253,21 @@ class Export:
         }
 
     def _moment(self, t: str | None) -> datetime | None:
-        """Give a time of the summary; None where no date of it is known."""
+        """Returns a time of the summary; None without a known date."""
         t_ns = None if t is None else int(Decimal(t) * 10**9)
-        if t_ns is not None and t_ns < DATES:
+        if t_ns is not None and t_ns < DATES_NS:
             t_ns = t_ns + self._of.date_ns if self._of.date_ns else None
         return None if t_ns is None else _EPOCH + timedelta(microseconds=t_ns // 1000)
 
     def _place(self, table: str, date: str | None) -> Path:
-        """Give where a table of this capture is."""
+        """Returns the path of a table of this capture."""
         about = self._about
         name, _, message = table.partition("/")
         folder = self._folder / name / f"message={message}" if message else self._folder / name
         return folder / f"date={date or _NONE}" / self._device / f"{about.capture}{_SUFFIX}"
 
     def _earlier(self) -> list[Path]:
-        """Give the files of this capture that are there."""
+        """Returns the existing files of this capture."""
         if self._target.form != FOLDER:
             return [self._target.path] if os.path.lexists(self._target.path) else []
         found: list[Path] = []
@@ -283,7 +284,7 @@ class Export:
 
 @contextmanager
 def _said(path: Path) -> Iterator[None]:
-    """Say what is wrong with an output, in our words."""
+    """Converts exceptions of an output to OutputError."""
     try:
         yield
     except FileExistsError as error:
@@ -293,7 +294,7 @@ def _said(path: Path) -> Iterator[None]:
 
 
 def _schema(text: str) -> pa.Schema:
-    """Make a schema of words: name:type, of which all but the first may be null."""
+    """Returns the schema of name:type pairs; all but the first may be null."""
     kinds = {"word": pa.dictionary(pa.int32(), pa.string()), "time": pa.timestamp("us", "UTC")}
     kinds |= {"real": pa.float64(), "words": pa.list_(pa.string()), "numbers": pa.list_(pa.int16())}
     pairs = (one.split(":") for one in text.split())
@@ -311,4 +312,4 @@ _SCHEMAS: Final = {
         " infos:int64 files:words version:string"
     ),
 }
-"""The tables that an export has of its own."""
+"""The tables that only an export has."""

@@ -18,9 +18,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from canalyze.output import printable
+from canalyze.values import DATES_NS
 
-DATES: Final = 631_152_000 * 10**9
-"""1990-01-01 in ns: stamps from here on are dates, earlier ones count from some start."""
 _US: Final = 1000
 _TIME: Final = pa.timestamp("us", "UTC")
 _WORD: Final = pa.dictionary(pa.int32(), pa.string())
@@ -29,31 +28,31 @@ _UNSAFE: Final = (
     r"^[=+\-@]|[\x00-\x1f\x7f-\x{a0}\x{ad}\x{61c}\x{180e}"
     r"\x{200b}-\x{200f}\x{2028}-\x{202e}\x{2060}-\x{206f}\x{feff}]"
 )
-"""What CSV must not hold as it is: characters that drive a terminal or break a line, and the begin of a formula."""
+"""Text that CSV must escape: characters that control a terminal or break a line, and the begin of a formula."""
 _WHOLE: Final = frozenset({"raw"})
-"""Columns of values that need all of 64 bits; others count."""
+"""Columns of values that need all of 64 bits; others are counters."""
 _KEPT: Final = ("t_ns", "frame", "provenance", "cycle", "delay_ns")
-"""What a wide table has before its signals; `running_cycle` is left out."""
+"""Columns of a wide table before its signals; `running_cycle` is left out."""
 _FIRST: Final = ("t", "t_ns", "capture")
 RAW: Final = "__raw"
-"""Behind the name of a number whose words are the column before."""
+"""Suffix of a number whose words are the column before."""
 
 Made = tuple[pa.Field, pa.Array]
 
 
 class Of(NamedTuple):
-    """What all rows of a capture have in common."""
+    """The properties common to all rows of a capture."""
 
     capture: str
-    """What it is called."""
+    """Its name."""
     date_ns: int = 0
-    """The date from which stamps count that are none themselves, 0: not known."""
+    """The date from which relative stamps count, 0 if unknown."""
     exact: bool = False
-    """Whether stamps are there as numbers in any case."""
+    """True if stamps are always exported as numbers, too."""
 
 
 def fixed(batch: pa.RecordBatch, units: Mapping[str, str], of: Of) -> pa.RecordBatch:
-    """Give rows of a table that has always the same columns."""
+    """Returns the rows of a table with fixed columns."""
     made: list[Made] = []
     for field, values in zip(batch.schema, batch.columns, strict=True):
         made += _column(field, values, units.get(field.name, ""), of)
@@ -61,7 +60,7 @@ def fixed(batch: pa.RecordBatch, units: Mapping[str, str], of: Of) -> pa.RecordB
 
 
 def wide(batch: pa.RecordBatch, names: Mapping[str, str], of: Of) -> pa.RecordBatch:
-    """Give rows of a message: `names` has a column's name for that of each signal."""
+    """Returns the rows of a message: `names` contains the column for each signal."""
     about, count = said_of(batch.schema), len(batch)
     made = [
         *_column(batch.schema.field("t_ns"), batch.column("t_ns"), "ns", of),
@@ -80,22 +79,22 @@ def wide(batch: pa.RecordBatch, names: Mapping[str, str], of: Of) -> pa.RecordBa
 
 
 class Message:
-    """The columns of one wide table: those of all PDOs and mappings that are in it.
+    """The columns of one wide table: those of all PDOs and mappings in it.
 
-    Signals of one name share a column where they have the same unit and are of the same kind; a further one of the
-    name, also one that only differs in case, has `_2` behind it.
+    Signals of one name share a column if they have the same unit and kind; a further one of the name, also one that
+    differs only in case, has the suffix `_2`.
     """
 
     def __init__(self) -> None:
-        """Have no column beyond those of every such table."""
+        """Starts with the columns that every wide table has."""
         self._columns: dict[str, tuple[str, tuple[str, str]]] = {
             name: (name, ("", "")) for name in (*_FIRST, *_KEPT, "bus", "node", "mapping")
         }
-        """By their names in small letters: the name, unit and kind."""
+        """Name, unit and kind by the name in lower case."""
         self._names: dict[str, dict[str, str]] = {}
 
     def names(self, table: str, schema: pa.Schema) -> dict[str, str]:
-        """Give the columns of a table's signals, by their names there."""
+        """Returns the columns of a table's signals, by their names there."""
         if table not in self._names:
             used: set[str] = set()
             self._names[table] = {field.name: self._name(field, used) for field in schema if field.metadata}
@@ -116,18 +115,18 @@ class Message:
 
 
 def identifier(name: str) -> str:
-    """Give a name of letters, digits and `_`, which does not begin with a digit; "" where it has none of them."""
+    """Returns a name of letters, digits and `_` that does not begin with a digit; "" if nothing is left."""
     found = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")
     return f"_{found}" if found[:1].isdigit() else found
 
 
 def said_of(what: "pa.Schema | pa.Field") -> dict[str, str]:
-    """Give the metadata of a schema or a field as text."""
+    """Returns the metadata of a schema or a field as text."""
     return {key.decode(): value.decode() for key, value in (what.metadata or {}).items()}
 
 
 def kind_of(data_type: pa.DataType) -> str:
-    """Give a type's name for people."""
+    """Returns the name of a type for the catalog."""
     if pa.types.is_dictionary(data_type):
         return kind_of(data_type.value_type)
     if pa.types.is_list(data_type):
@@ -136,9 +135,9 @@ def kind_of(data_type: pa.DataType) -> str:
 
 
 def joined(batches: Sequence[pa.RecordBatch], schema: pa.Schema) -> pa.Table:
-    """Return the rows of batches in the columns of a wider schema; what a batch lacks is null.
+    """Returns the rows of batches in the columns of a wider schema; missing columns are null.
 
-    A column is made of the batches that have it: many mappings of a few rows each cost no more than their cells.
+    Each column is joined from the batches that have it: many mappings of a few rows each cost no more than their cells.
     """
     if all(batch.schema.equals(schema) for batch in batches):
         return pa.Table.from_batches(batches, schema)
@@ -163,13 +162,13 @@ def joined(batches: Sequence[pa.RecordBatch], schema: pa.Schema) -> pa.Table:
 
 
 def plain(batch: pa.RecordBatch) -> pa.RecordBatch:
-    """Give rows without dictionaries, which a file of Arrow may have only once."""
+    """Returns rows without dictionaries, which an Arrow file may have only once."""
     arrays = [one.dictionary_decode() if pa.types.is_dictionary(one.type) else one for one in batch.columns]
     return _replaced(batch, arrays)
 
 
 def texts(batch: pa.RecordBatch) -> pa.RecordBatch:
-    """Give rows as CSV can hold them: bytes in hexadecimal, lists with blanks between, text that nothing executes."""
+    """Returns rows for CSV: bytes in hexadecimal, lists separated by blanks, text without formulas."""
     return _replaced(plain(batch), [_text(one) for one in plain(batch).columns])
 
 
@@ -189,7 +188,7 @@ def _text(values: pa.Array) -> pa.Array:
 
 
 def _harmless(values: pa.Array) -> pa.Array:
-    """Give text without what drives a terminal, breaks a line, or is a formula to a spreadsheet, as the core's CSV."""
+    """Returns text without control characters or formulas, escaped as in the core's CSV."""
     if not pc.any(pc.match_substring_regex(values, _UNSAFE)).as_py():
         return values
     return pa.array([None if text is None else _cell(text) for text in values.to_pylist()], values.type)
@@ -206,7 +205,7 @@ def _replaced(batch: pa.RecordBatch, arrays: list[pa.Array]) -> pa.RecordBatch:
 
 
 def _column(field: pa.Field, values: pa.Array, unit: str, of: Of) -> Iterator[Made]:
-    """Give a column as it is exported; of times two where it takes two."""
+    """Yields the exported columns of a column; a time may become two."""
     name, kind = field.name, field.type
     if name == "t_ns" or name.endswith("_t_ns"):
         values, times, whole = _times(values, of.date_ns)
@@ -222,19 +221,19 @@ def _column(field: pa.Field, values: pa.Array, unit: str, of: Of) -> Iterator[Ma
 
 
 def _times(values: pa.Array, date_ns: int) -> tuple[pa.Array, pa.Array, bool]:
-    """Give stamps from the date on that is known, these as timestamps, and whether timestamps hold all of them."""
+    """Returns stamps with the known date added, the same as timestamps, and true if timestamps hold them all."""
     least = pc.min(values).as_py()
-    if least is not None and least < DATES and date_ns:
-        values = pc.if_else(pc.less(values, DATES), pc.add(values, date_ns), values)
+    if least is not None and least < DATES_NS and date_ns:
+        values = pc.if_else(pc.less(values, DATES_NS), pc.add(values, date_ns), values)
         least = pc.min(values).as_py()
     micros = pc.divide(values, _US)
-    if least is not None and least < DATES:
-        return values, pc.if_else(pc.greater_equal(values, DATES), micros, None).cast(_TIME), False
+    if least is not None and least < DATES_NS:
+        return values, pc.if_else(pc.greater_equal(values, DATES_NS), micros, None).cast(_TIME), False
     return values, micros.cast(_TIME), pc.all(pc.equal(pc.multiply(micros, _US), values)).as_py() is not False
 
 
 def _kind(data_type: pa.DataType) -> str:
-    """Give what may share a column: numbers of any width are one kind, but for those that no wider one holds."""
+    """Returns the kind of a type for shared columns: numbers of any width are one kind, except 64 unsigned bits."""
     if pa.types.is_floating(data_type) or (pa.types.is_integer(data_type) and data_type != pa.uint64()):
         return "number"
     return kind_of(data_type)
@@ -250,7 +249,7 @@ def _field(name: str, kind: pa.DataType, nullable: bool, unit: str) -> pa.Field:
 
 
 def _batch(metadata: Any, made: list[Made]) -> pa.RecordBatch:
-    """Put columns together: times first, and the columns that every table has."""
+    """Joins columns to a batch: times first, then the columns that every table has."""
     first = {name: place for place, name in enumerate(_FIRST)}
     made = sorted(made, key=lambda one: first.get(one[0].name, len(first)))
     schema = pa.schema([field for field, _ in made], metadata)

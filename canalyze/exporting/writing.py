@@ -1,7 +1,7 @@
-"""One file of an export while its rows come: in groups of bounded size, a part beside its place until all is complete.
+"""One growing file of an export: rows are written in groups of bounded size to a part, until the export is complete.
 
-Its columns may become more while it grows: then a further piece begins, and the pieces are put together at the end, a
-group at a time. Must not: know what a table holds.
+If a new column appears, a further piece begins; pieces are joined at the end, one group at a time. Must not: know
+the content of a table.
 """
 
 import os
@@ -19,14 +19,14 @@ ROWS: Final = 1 << 17
 """Rows of a group, at most one batch more."""
 _LEVEL: Final = 3
 _STEADY: Final = frozenset({"t", "t_ns", "frame", "line"})
-"""Columns whose numbers mostly grow: differences of them are small."""
+"""Columns whose numbers mostly grow, so that their differences are small."""
 
 
 class File:
-    """A file that grows."""
+    """A growing file."""
 
     def __init__(self, beside: Path, form: str, *, replace: bool) -> None:
-        """Be ready to write. beside: the part is made in its folder. form: parquet, arrow or csv."""
+        """Prepares the file. beside: the part is created in its folder. form: parquet, arrow or csv."""
         self.rows = 0
         self._fields: dict[str, pa.Field] = {}
         self._schema: Any = None
@@ -37,15 +37,15 @@ class File:
         self._pieces: list[Part] = []
         self._writer: Any = None
         self._written: Any = None
-        """The columns of the piece that is written."""
+        """The columns of the current piece."""
 
     @property
     def waiting(self) -> int:
-        """Bytes of rows that are not written yet."""
+        """Bytes of rows that wait to be written."""
         return sum(batch.nbytes for batch in self._waiting)
 
     def take(self, batch: pa.RecordBatch) -> None:
-        """Take rows, whose columns may be new ones."""
+        """Appends rows, which may have new columns."""
         batch = texts(batch) if self._form == "csv" else plain(batch) if self._form == "arrow" else batch
         for field in batch.schema:
             self._know(field)
@@ -63,13 +63,13 @@ class File:
 
     @property
     def schema(self) -> Any:
-        """Of all rows so far; None before the first."""
+        """The columns of all rows so far; None before the first."""
         if self._schema is None and self._fields:
             self._schema = pa.schema(list(self._fields.values()))
         return self._schema
 
     def flush(self) -> None:
-        """Write what waits, as one group."""
+        """Writes the waiting rows as one group."""
         if self._writer is None or self._written != self.schema:
             self.close()
             self._pieces.append(part := Part(self._beside, replace=self._replace))
@@ -81,13 +81,13 @@ class File:
             self._writer.write_table(table, len(table))
 
     def close(self) -> None:
-        """End the piece that is written."""
+        """Ends the current piece."""
         if self._writer is not None:
             self._writer.close()
             self._writer = None
 
     def finish(self) -> int:
-        """Write the rest, and put pieces together; give the bytes of the file."""
+        """Writes the rest and joins the pieces; returns the size of the file in bytes."""
         if self._waiting:
             self.flush()
         self.close()
@@ -106,15 +106,15 @@ class File:
 
     @property
     def path(self) -> Path:
-        """Where it is once it is finished."""
+        """The path of the finished part."""
         return self._pieces[0].path
 
     def complete(self, final: Path) -> None:
-        """Give the file its name; FileExistsError where another has it, and is not to be replaced."""
+        """Renames the part to the file. Raises FileExistsError if that exists and is not to be replaced."""
         self._pieces[0].complete(final)
 
     def discard(self) -> None:
-        """Take it away."""
+        """Removes the file."""
         self.close()
         for piece in self._pieces:
             piece.discard()

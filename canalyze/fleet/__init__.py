@@ -1,12 +1,10 @@
-"""Parts of `canalyze fleet`; `commands/fleet.py` puts them together. None of them knows what a frame means.
+"""Parts of `canalyze fleet`; `commands/fleet.py` combines them. None of them knows the meaning of a frame.
 
-stores.py    folders and object stores as one thing: places where objects have names
-sources.py   which captures there are, what each is by its content, and how it gets here
-manifest.py  what is known of a capture that was worked on; it is the truth on what is done
-task.py      one capture -> its manifest: what a worker does, wherever it is
+stores.py    folders and object stores behind one interface: named objects
+sources.py   the captures, their content hashes, and their download
+manifest.py  the record of a finished capture; it decides if work is done; a verdict as JSON and back
+task.py      one capture -> its manifest: the work of a worker, on any machine
 run.py       all captures through an executor: a window of them, retries, quarantine
-dask.py      an executor on a Dask cluster
-ray.py       an executor on a Ray cluster
-stored.py    a verdict as JSON and back
+clusters.py  executors on Dask and Ray clusters
 summary.py   all manifests as the reports of `canalyze/reports/`
 """

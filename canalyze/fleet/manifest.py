@@ -1,66 +1,110 @@
-"""What is known of a capture that was worked on: one JSON object each, in the place of the results.
+"""The record of a finished capture: one JSON object each, beside the results.
 
-It is written last and as a whole, so a capture is done if its manifest says so, whatever has become of the run. Must
-not: do the work, or know what a result means.
+It is written last and atomically, so a capture is done if its manifest says so, however the run ended. A
+verdict is stored as JSON and restored for reports. Must not: do the work, or know the meaning of a result.
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, fields
-from typing import Any, Final, Literal
+from dataclasses import asdict, dataclass, fields, is_dataclass, replace
+from functools import cache
+from types import NoneType, UnionType
+from typing import Any, Final, Literal, Union, get_args, get_origin, get_type_hints
 
+from canalyze.check.verdict import Counted, Verdict
 from canalyze.fleet.stores import Place
+from canalyze.problem import status
+
+_FINDINGS: Final = ("failures", "others", "consequences")
+
+
+def stored(verdict: Verdict) -> dict[str, Any]:
+    """Returns a verdict for `json`. Only the first finding of each kind keeps its context lines."""
+    lists: dict[str, Any] = {name: tuple(map(_bare, getattr(verdict, name))) for name in _FINDINGS}
+    return asdict(replace(verdict, **lists))
+
+
+def _bare(one: Counted) -> Counted:
+    shown = (one.shown[0], *(replace(other, lines=()) for other in one.shown[1:]))
+    return replace(one, shown=shown, consequences=tuple(map(_bare, one.consequences)))
+
+
+def restored(row: Any) -> Verdict:
+    """Restores a verdict. Raises LookupError, TypeError or ValueError for other data."""
+    made: Verdict = _value(Verdict, row)
+    return replace(made, incidents=tuple(replace(one, status=status(one.status)) for one in made.incidents))
+
+
+def _value(kind: Any, value: Any) -> Any:
+    origin, inner = get_origin(kind), get_args(kind)
+    if isinstance(kind, type) and is_dataclass(kind):
+        return kind(**{name: _value(of, value[name]) for name, of in _fields(kind)})
+    if origin is tuple:
+        of_each = inner[:1] * len(value) if inner[-1] is Ellipsis else inner
+        return tuple(_value(of, one) for of, one in zip(of_each, value, strict=True))
+    if origin in (Union, UnionType):
+        return None if value is None else _value(next(one for one in inner if one is not NoneType), value)
+    if origin is Mapping and inner[0] is int:  # JSON has only texts for keys
+        return {int(key): one for key, one in value.items()}
+    return value
+
+
+@cache
+def _fields(kind: Any) -> list[tuple[str, Any]]:
+    hints = get_type_hints(kind)
+    return [(field.name, hints[field.name]) for field in fields(kind)]
+
 
 _FOLDER: Final = "_manifest"
 _AT_ONCE: Final = 16
-"""Manifests that are read at once, since a store takes its time for each."""
+"""Number of manifests read concurrently, because stores have a high latency."""
 
 Reason = Literal["unreadable", "fetch", "died", "time", "memory", "raised"]
-"""Why there is no whole result: the capture is damaged or none, it did not come, or what its worker ended by."""
+"""Reasons for an incomplete result: the capture is damaged or none, it could not be fetched, or the worker failed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Manifest:
-    """One capture, worked on."""
+    """The record of one capture."""
 
     capture: str
     """Its name."""
     id: str
-    """What its objects are named by, see `Capture.id`."""
+    """The name of its objects, see `Capture.id`."""
     content: str
-    """What it was: hashes of a file, or ETag and size."""
+    """Its content: hashes of a file, or ETag and size."""
     stamp: str
-    """Of a file size, times and inode, by which it is known unread; of a store the same as `content`."""
+    """Size, times and inode of a file, to recognize it without reading; in a store the same as `content`."""
     version: str
     """The program's."""
     settings: str
     """Hash of all options, of the configuration, and of the files that they name."""
     failed: Reason | None
-    """None: all of it was read."""
+    """None if all of it was read."""
     error: str | None
-    """The same in words."""
+    """The reason in words."""
     attempts: int
     frames: int
     findings: int
-    """How many findings there are, of check those that fail it."""
+    """Number of findings; for check, of those that fail it."""
     seconds: float
-    """How long the work took."""
+    """The duration of the work."""
     result: Any
-    """What came of it, as JSON."""
+    """The result, as JSON."""
 
     def holds(self, version: str, settings: str) -> bool:
-        """Tell whether the work would be the same now, if the capture is."""
+        """Returns true if the work would be the same now, for the same capture."""
         return (self.version, self.settings) == (version, settings)
 
 
 def name_of(action: str, number: str) -> str:
-    """Give the name of the object."""
+    """Returns the name of the object."""
     return f"{_FOLDER}/{action}/{number}.json"
 
 
 def read(place: Place, action: str, number: str) -> Manifest | None:
-    """Read the manifest of a capture; None where there is none, or where it is none of ours."""
+    """Returns the manifest of a capture; None if there is no valid one."""
     data = place.get(name_of(action, number))
     try:
         row = json.loads(data or b"")
@@ -70,7 +114,7 @@ def read(place: Place, action: str, number: str) -> Manifest | None:
 
 
 def read_all(place: Place, action: str, numbers: Sequence[str]) -> dict[str, Manifest]:
-    """Read the manifests of captures; those that there are."""
+    """Returns the manifests of captures that have one."""
     there = {name.removesuffix(".json") for name in place.names(f"{_FOLDER}/{action}")}
     wanted = [number for number in numbers if number in there]
     with ThreadPoolExecutor(_AT_ONCE) as threads:
@@ -79,5 +123,5 @@ def read_all(place: Place, action: str, numbers: Sequence[str]) -> dict[str, Man
 
 
 def write(place: Place, action: str, manifest: Manifest) -> None:
-    """Write it, as a whole."""
+    """Writes a manifest atomically."""
     place.put(name_of(action, manifest.id), json.dumps(asdict(manifest), separators=(",", ":")).encode())

@@ -1,7 +1,7 @@
-"""All captures through an executor: a few for each worker at a time, and again where a worker was lost.
+"""Runs all captures through an executor: a few per worker at a time, repeated if a worker was lost.
 
-What cannot be done after three attempts is quarantined: it has a manifest that says so and stands in nobody's way.
-Must not: know where the work is done, or print.
+A capture that fails three times is quarantined: its manifest records that, and the others continue. Must not: know
+where the work is done, or print.
 """
 
 from collections.abc import Iterable, Iterator
@@ -19,17 +19,17 @@ from canalyze.running.pool import Executor, Failure
 from canalyze.words import Words
 
 ATTEMPTS: Final = 3
-"""How often a capture is tried at most."""
+"""Maximum number of attempts per capture."""
 _OTHERS: Final = ("fetch", "raised")
-"""Failures that are not the capture's: the store's, the cluster's, the program's."""
+"""Failures that are not caused by the capture: those of the store, the cluster, the program."""
 _AHEAD: Final = 3
-"""Captures that are given to each worker at once: what is held back can still be given elsewhere."""
+"""Number of captures submitted per worker; the rest can still be submitted to other workers."""
 
 
 def standing(work: Work, captures: Iterable[Capture], *, retry: bool) -> dict[str, Manifest]:
-    """Give the manifests that need no new work, as far as is known without reading a capture, by their numbers.
+    """Returns the manifests that need no new work, as far as is known without reading a capture, by their ids.
 
-    A failure stays one until its capture changes, but where it is not the capture's own. retry: no failure stays.
+    A failure stays until its capture changes, unless the capture did not cause it. retry: all failures are repeated.
     """
     if work.force:
         return {}
@@ -47,7 +47,7 @@ def standing(work: Work, captures: Iterable[Capture], *, retry: bool) -> dict[st
 
 
 def run(executor: Executor, work: Work, captures: Iterable[Capture]) -> Iterator[Manifest]:
-    """Give the manifests as the work comes to its end; OutputError where none can be written."""
+    """Yields the manifests as the work ends. Raises OutputError if none can be written."""
     waiting = map(Piece, captures)
     for piece in islice(waiting, _AHEAD * executor.width):
         executor.submit(piece)
@@ -67,7 +67,7 @@ def run(executor: Executor, work: Work, captures: Iterable[Capture]) -> Iterator
 
 
 def _quarantined(work: Work, piece: Piece, failure: Failure) -> Manifest:
-    """Leave a manifest that says what came in the way each time."""
+    """Writes and returns a manifest with the reason of the failures."""
     capture, words = piece.capture, Words(work.job.lang)
     fetch = isinstance(failure.reason, SourceError)
     reason = failure.reason.in_words(words) if isinstance(failure.reason, CanalyzeError) else failure.reason

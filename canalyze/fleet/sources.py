@@ -1,7 +1,7 @@
-"""Which captures there are, what each of them is by its content, and how it gets to where it is read.
+"""The captures of a fleet, their content hashes, and their download.
 
-A capture of this machine is what its bytes are. While size, times and inode are the same, they are not read again. One
-in a store is what its ETag and its size say. Must not: read what is in a capture.
+A local capture is identified by its bytes, which are not read again while size, times and inode stay the same; one
+in a store by ETag and size. Must not: read the content of a capture.
 """
 
 import errno
@@ -16,10 +16,9 @@ from stat import S_ISREG
 from typing import Final
 
 from canalyze import expectations
-from canalyze.check.globs import glob
 from canalyze.errors import SourceError
 from canalyze.fleet.stores import is_url, listed, local, opened, reported, tag_of
-from canalyze.sources.names import below, expanded, named_as_capture
+from canalyze.sources.names import below, expanded, matching, named_as_capture
 
 _MAGIC: Final = frozenset("*?[")
 _CHUNK: Final = 1 << 20
@@ -27,33 +26,32 @@ _CHUNK: Final = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class Capture:
-    """A capture to work on."""
+    """A capture to process."""
 
     name: str
-    """For people: as the source was given, and the rest of its path."""
+    """The name in messages: the source as it was given, and the rest of the path."""
     path: str
-    """The file, wherever this process stands; of a store the name of its object."""
+    """The absolute path of the file; in a store the name of the object."""
     store: str | None = None
     """The URL of its store."""
     stamp: str = ""
-    """Of a store: ETag and size. Of a file size, times and inode; "" where it is none."""
+    """In a store ETag and size; of a file size, times and inode, or "" for a pipe."""
 
     @property
     def id(self) -> str:
-        """Give 32 hexadecimal digits that stand for its place, not for its content."""
+        """32 hexadecimal digits for its location, not for its content."""
         where = self.path if self.store is None else f"{self.store}/{self.path}"
         return hashlib.sha256(os.fsencode(where)).hexdigest()[:32]
 
     def in_shard(self, number: int, of: int) -> bool:
-        """Tell whether it belongs to a shard, counted from 1: each capture to one of them."""
+        """Returns true if it belongs to a shard, counted from 1. Each capture belongs to one shard."""
         return int(self.id, 16) % of == number - 1
 
 
 def captures(sources: Iterable[str], out: str, *, beside: bool) -> list[Capture]:
-    """List the captures of all sources, each once; SourceError for a source that has none.
+    """Returns the captures of all sources without duplicates. Raises SourceError for a source without captures.
 
-    out: where results are written; what is in there is no capture. beside: expectations beside a capture are part of
-    what it is.
+    out: the place of the results, which is excluded. beside: expectations beside a capture are part of its identity.
     """
     results = None if is_url(out) else Path(local(out)).resolve()
     found: dict[str, Capture] = {}
@@ -73,7 +71,7 @@ def captures(sources: Iterable[str], out: str, *, beside: bool) -> list[Capture]
 
 
 def _files(source: str) -> Iterator[str]:
-    """Give the files of a folder that are named as captures are, or those that a name or a pattern stands for."""
+    """Yields the captures of a folder, or the files that match a name or a pattern."""
     if Path(source).is_dir():
         yield from below(source)
         return
@@ -86,13 +84,13 @@ def _files(source: str) -> Iterator[str]:
 
 
 def _stored(source: str) -> Iterator[Capture]:
-    """Give the objects that a URL stands for: one, those that fit a pattern, or those of a folder."""
+    """Yields the objects of a URL: a single one, those that match a pattern, or those of a folder."""
     import re
 
     place = next((at for at, char in enumerate(source) if char in _MAGIC), len(source))
     store, _, last = source[:place].rpartition("/")
     alone = place == len(source) and last != "" and not store.endswith("/")
-    wanted = glob(source[len(store) + 1 :]) if place < len(source) else None
+    wanted = matching(source[len(store) + 1 :]) if place < len(source) else None
     if alone:
         import obstore
 
@@ -109,12 +107,12 @@ def _stored(source: str) -> Iterator[Capture]:
     with reported(source, SourceError):
         for path, _, tag in sorted(listed(store)):
             hidden = re.search(r"(^|/)[._]", path) is not None
-            if wanted.names(path) if wanted else named_as_capture(path) and not hidden:
+            if wanted.fullmatch(path) if wanted else named_as_capture(path) and not hidden:
                 yield Capture(f"{store}/{path}", path, store, tag)
 
 
 def stamp(name: str, *, beside: bool) -> str:
-    """Give size, times and inode of a file and of the expectations beside it: while they stay, so does the content."""
+    """Returns size, times and inode of a file and of the expectations beside it, which change with the content."""
     found = []
     for path in _parts(name, beside=beside):
         try:
@@ -128,7 +126,7 @@ def stamp(name: str, *, beside: bool) -> str:
 
 
 def content(name: str, *, beside: bool) -> str:
-    """Give what a file is, with the expectations beside it: the hash of all bytes; "" for a pipe, read once only."""
+    """Returns the hash of a file and of the expectations beside it; "" for a pipe, which can be read only once."""
     found = []
     for path in _parts(name, beside=beside):
         if path.exists() and not path.is_file():
@@ -148,9 +146,9 @@ def _parts(name: str, *, beside: bool) -> list[Path]:
 
 @contextmanager
 def fetched(capture: Capture, scratch: str | None) -> Iterator[tuple[str, str]]:
-    """Give a file with the bytes of a capture in a store and the tag of what came; it is removed afterwards.
+    """Downloads a capture from a store to a temporary file; the context is its path, and the tag of its content.
 
-    SourceError where it does not come as a whole.
+    Raises SourceError if the download is incomplete.
     """
     import obstore
 

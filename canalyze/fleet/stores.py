@@ -1,8 +1,7 @@
-"""Folders and object stores as one thing: a place where whole objects have names.
+"""Folders and object stores behind one interface: a place of named objects.
 
-What is written is there as a whole or not at all. Object stores are reached by obstore, which takes addresses and keys
-from the environment as the tools of each store do, and tries again by itself where a store is busy. Must not: know
-what an object holds.
+Objects are written atomically. Object stores are accessed through obstore, which reads addresses and keys from the
+environment as the tools of each store do, and retries if a store is busy. Must not: know the content of an object.
 """
 
 import re
@@ -28,43 +27,43 @@ _RETRIES: Final[dict[str, Any]] = {
     "retry_timeout": timedelta(minutes=3),
 }
 _SAID: Final = 200
-"""Characters of what a store says that are handed on."""
+"""Maximum length of a store's message that is passed on."""
 
 
 def is_url(name: str) -> bool:
-    """Tell whether a name is that of an object store and not of a file."""
+    """Returns true if a name is a URL of an object store and not a file."""
     return _URL.match(name) is not None
 
 
 def local(name: str) -> str:
-    """Give the name of a file without its scheme."""
+    """Returns the name of a file without its scheme."""
     return name.removeprefix("file://")
 
 
 class Place(Protocol):
-    """Where whole objects have names, with `/` between their parts."""
+    """A place of objects whose names have parts separated by `/`."""
 
     def names(self, folder: str) -> list[str]:
-        """Give the names of the objects in a folder, without it, in no order."""
+        """Returns the names of the objects in a folder, without the folder, in no order."""
 
     def get(self, name: str) -> bytes | None:
-        """Give an object; None where there is none of that name."""
+        """Returns an object; None if there is none of that name."""
 
     def put(self, name: str, data: bytes) -> None:
-        """Write an object, or another one in its place; OutputError where that cannot be."""
+        """Writes or replaces an object. Raises OutputError if that fails."""
 
     def beside(self, name: str, scratch: str | None) -> AbstractContextManager[Path]:
-        """Give an empty folder for files of that work on their way; what is left in it is taken away."""
+        """Provides an empty folder for files in progress, which is removed afterwards."""
 
     def bring(self, path: Path, name: str) -> None:
-        """Make a file of such a folder an object; OutputError where that cannot be."""
+        """Makes a file of such a folder an object. Raises OutputError if that fails."""
 
     def remove(self, name: str) -> None:
-        """Take an object away, if it is there."""
+        """Removes an object, if it exists."""
 
 
 def place(name: str) -> Place:
-    """Give the place of that name, a folder or a URL; nothing is looked at yet."""
+    """Returns the place of that name, a folder or a URL, without accessing it."""
     return _Bucket(name) if is_url(name) else _Folder(Path(local(name)))
 
 
@@ -182,7 +181,7 @@ class _Bucket:
 
 @cache
 def opened(url: str) -> "ObjectStore":
-    """Give the store of a URL, all of whose path is before the names of its objects; ConfigError without obstore."""
+    """Returns the store of a URL whose whole path is a prefix of its objects. Raises ConfigError without obstore."""
     try:
         from obstore.store import from_url
     except ImportError as error:
@@ -193,7 +192,7 @@ def opened(url: str) -> "ObjectStore":
 
 
 def listed(url: str, folder: str = "") -> Iterator[tuple[str, int, str]]:
-    """Give name, size and tag of every object of a store below a folder. Errors are those of obstore."""
+    """Yields name, size and tag of every object of a store below a folder. Raises the errors of obstore."""
     import obstore
 
     for page in obstore.list(opened(url), folder or None):
@@ -201,13 +200,13 @@ def listed(url: str, folder: str = "") -> Iterator[tuple[str, int, str]]:
 
 
 def tag_of(meta: Any) -> str:
-    """Give what changes when an object does: its ETag and its size; without one, when it was written."""
+    """Returns a tag that changes with the object: its ETag, or else its time, and its size."""
     return f"{meta['e_tag'] or meta['last_modified'].isoformat()} {meta['size']}"
 
 
 @contextmanager
 def reported(name: str, kind: Callable[..., CanalyzeError]) -> Iterator[None]:
-    """Make what a store refuses an error of ours: in its own words, the first line of them."""
+    """Converts exceptions of a store to errors of kind `kind` with their first line."""
     try:
         yield
     except CanalyzeError:

@@ -1,4 +1,4 @@
-"""All manifests as the reports of `canalyze/reports/`: in the place of the results, and for who sits there.
+"""All manifests as the reports of `canalyze/reports/`: beside the results, and on the terminal.
 
 Must not: read a capture, or judge.
 """
@@ -16,7 +16,7 @@ from canalyze.words import Words
 
 
 class _Kept(Output):
-    """What is written, kept."""
+    """An output that keeps its data in memory."""
 
     def __init__(self) -> None:
         self.is_terminal = False
@@ -28,7 +28,7 @@ class _Kept(Output):
 
 
 def show(action: Action, done: Sequence[Manifest], out: Output, words: Words, *, whole: bool) -> None:
-    """Write it as text. whole: of check the findings of each capture too, not only the totals."""
+    """Writes the text report. whole: for check with the findings of each capture, not only the totals."""
     if action == "check":
         check_text.show([verdict_of(action, one) for one in done], out, words, totals=not whole)
     elif action == "diagnose":
@@ -47,7 +47,7 @@ def show(action: Action, done: Sequence[Manifest], out: Output, words: Words, *,
 
 
 def write(action: Action, done: Sequence[Manifest], place: Place, name: str, words: Words, *, html: bool) -> list[str]:
-    """Write all reports under a name; give their names."""
+    """Writes all reports under a name; returns their names."""
     verdicts = [verdict_of(action, one) for one in done]
     text = _Kept()
     show(action, done, text, words, whole=True)
@@ -67,7 +67,7 @@ def write(action: Action, done: Sequence[Manifest], place: Place, name: str, wor
 
 
 def _records(action: Action, done: Iterable[Manifest]) -> Iterable[str]:
-    """Return the records of summaries, problems and exports, each with its capture; or the reason of a failure."""
+    """Yields the records of summaries, problems and exports, each with its capture, and the reasons of failures."""
     for one in done:
         if action == "export" and one.result:
             yield json_lines.text({"capture": one.capture, "kind": "export", **one.result}, compact=True)

@@ -1,6 +1,6 @@
-"""One capture -> its manifest: what a worker does, on this machine or another. All that it needs can be sent there.
+"""One capture -> its manifest: the work of a worker, on any machine. All its arguments can be pickled.
 
-What is done already is not done again, also where an engine has a task run twice. Must not: try again, or print.
+Finished work is not repeated, even if an engine runs a task twice. Must not: retry, or print.
 """
 
 import hashlib
@@ -23,7 +23,7 @@ from canalyze.check.workers import Far
 from canalyze.configuration.descriptions import carriers
 from canalyze.configuration.options import known_of
 from canalyze.errors import SourceError
-from canalyze.fleet import manifest, stored
+from canalyze.fleet import manifest
 from canalyze.fleet.manifest import Manifest
 from canalyze.fleet.sources import Capture, content, fetched, stamp
 from canalyze.fleet.stores import place
@@ -37,28 +37,28 @@ Action = Literal["check", "diagnose", "summary", "export"]
 
 @dataclass
 class Work:
-    """What is done with every capture, alike everywhere."""
+    """The work for every capture, the same on all workers."""
 
     action: Action
     job: Job
     policy: Policy
     known: Baseline
-    """What of the findings is known."""
+    """Findings that are known already."""
     out: str
-    """Where the results go: a folder or a URL."""
+    """The place of the results: a folder or a URL."""
     tables: tuple[str, ...] = ()
-    """What is exported, of `exporting.TABLES`."""
+    """The tables to export, of `exporting.TABLES`."""
     device_from: str = ""
     """A regular expression whose first group in a capture's name is its device."""
     force: bool = False
-    """Whether what is done is done again."""
+    """True if finished work is repeated."""
     scratch: str | None = None
-    """A folder for what is fetched; None: the one of the machine."""
+    """A folder for downloads; None: the system's temporary folder."""
     settings: str = ""
     """Hash of the options, of the configuration, and of the files that they name."""
 
     def __post_init__(self) -> None:
-        """Hash what a result depends on, beside the capture and the program."""
+        """Hashes everything that a result depends on except the capture and the program."""
         said: list[Any] = [self.action, self.job.__getstate__(), self.policy, sorted(self.known.items(), key=repr)]
         said += [self.tables, self.device_from]
         digest = hashlib.sha256(repr(said).encode("utf-8", "surrogateescape"))
@@ -72,19 +72,19 @@ class Work:
 
     @property
     def beside(self) -> bool:
-        """Whether expectations beside a capture count."""
+        """True if expectations beside a capture count."""
         return self.action == "check" and self.job.beside and self.job.expect is None
 
 
 class Piece(NamedTuple):
-    """A capture, and how often it was tried with this time."""
+    """A capture and the number of this attempt."""
 
     capture: Capture
     attempt: int = 1
 
 
 class Result(NamedTuple):
-    """What came of reading a capture."""
+    """The result of reading a capture."""
 
     error: str | None
     frames: int
@@ -94,9 +94,9 @@ class Result(NamedTuple):
 
 
 def do(work: Work, piece: Piece, tell: Tell) -> Manifest:
-    """Work on a capture and leave its manifest.
+    """Processes a capture and writes its manifest.
 
-    SourceError where the capture does not come, OutputError where the manifest cannot be written: nothing is done then.
+    Raises SourceError if the capture cannot be fetched and OutputError if the manifest cannot be written.
     """
     began = monotonic()
     capture, to = piece.capture, place(work.out)
@@ -143,11 +143,11 @@ def _check(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
         raise SystemExit(128 + examined.signal)
     verdict = policy.judge(examined, work.policy, work.known)
     findings = sum(one.count for one in verdict.failures) + len(verdict.problems)
-    return Result(verdict.error, verdict.frames, findings, stored.row(verdict))
+    return Result(verdict.error, verdict.frames, findings, manifest.stored(verdict))
 
 
 def _records(work: Work, path: str, capture: Capture, tell: Tell, form: str) -> tuple[Read, list[Any]]:
-    """Read a capture through a session of a form of JSON lines."""
+    """Reads a capture through a session of a form of JSON lines."""
     took: list[bytes] = []
     job = replace(work.job, beside=False)
     done = read(path, job, Far(tell), lambda _, result: took.append(result), form=form, shown=capture.name)
@@ -174,7 +174,7 @@ def _summary(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
 
 
 def _export(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
-    """Write the tables somewhere beside, and bring them to their place when all are whole."""
+    """Writes the tables to a temporary place, and moves them when all are complete."""
     from canalyze.exporting import FOLDER, Target
     from canalyze.exporting.export import About, Export
 
@@ -204,7 +204,7 @@ def _export(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
 
 
 def _described(work: Work) -> Mapping[tuple[str | None, int], str]:
-    """Give the descriptions by the nodes that carry them; they are read once."""
+    """Returns the descriptions by the nodes that use them; they are read once."""
     if work.settings not in _CARRIED:
         known = work.job.filed, known_of(work.job.given)
         _CARRIED[work.settings] = carriers(*known, {}) if any(one.descriptions for one in known) else {}
@@ -217,24 +217,24 @@ _ACTIONS: Final = {"check": _check, "diagnose": _diagnose, "summary": _summary, 
 
 
 def verdict_of(action: Action, done: Manifest) -> Verdict:
-    """Give what came of a capture as reports have it."""
+    """Returns the result of a capture as a verdict for reports."""
     if action == "check" and done.result is not None:
-        return replace(stored.verdict(done.result), file=done.capture)
+        return replace(manifest.restored(done.result), file=done.capture)
     return Verdict(done.capture, error=done.error, frames=done.frames, seconds=done.seconds)
 
 
 def files_of(done: Manifest) -> list[str]:
-    """Give what an export has written, by its names in the place of the results."""
+    """Returns the names of the files that an export has written, relative to the place of the results."""
     return list((done.result or {}).get("files", ()))
 
 
 def problems_of(done: Manifest) -> Diagnosed | None:
-    """Return the problems of a capture; None if it could not be read."""
+    """Returns the problems of a capture; None if it could not be read."""
     if done.result is None:
         return None
     return Diagnosed((done.capture,), [dict(current(one)) for one in done.result["problems"]], done.result)
 
 
 def records_of(done: Manifest) -> list[Mapping[str, Any]]:
-    """Give the records of a summary."""
+    """Returns the records of a summary."""
     return done.result or []

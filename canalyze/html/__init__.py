@@ -37,7 +37,7 @@ _GZIP: Final = 31
 """Bits of the window, with gzip's head around."""
 _TOPICS: Final = ("html", "problem")
 _DIAGNOSE: Final = ("diagnose.html_apart", "diagnose.html_check")
-"""What the page has in common with the report."""
+"""Sentences that the page shares with the report."""
 
 
 def page(
@@ -106,7 +106,7 @@ def _filled(parts: Mapping[str, str], captures: Iterable[bytes]) -> Iterator[byt
 
 
 def _scripts(folder: str, names: Iterable[str]) -> str:
-    """Put the files of a script together, as one that shares nothing with what is outside."""
+    """Joins the files of a script, which shares no names with other scripts."""
     files = [(FOLDER / folder / f"{name}.js").read_text(encoding="utf-8") for name in names]
     text = "\n".join(('"use strict";', "{", *files, "}\n"))
     assert "</script" not in text and "<!--" not in text

@@ -276,12 +276,6 @@ class Capture:
         plan = self._plan
         return html.page(plan.words.lang, plan.page_options, [self._opened()], merge=plan.merge).decode("utf-8")
 
-    def snapshot(self) -> str:
-        """Give what the capture shows as text that two recordings of the same session share: no times, no bus loads."""
-        from canalyze.reports.snapshot import snapshot
-
-        return snapshot(self)
-
     @property
     def lang(self) -> Literal["en", "zh"]:
         """The language of its words."""

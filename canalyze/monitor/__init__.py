@@ -1,15 +1,13 @@
-"""The screen of `canalyze monitor`; the only part that knows textual. One file a room.
+"""The screen of `canalyze monitor`; the only package that imports textual.
 
-watch.py      the thread that reads, and what it has to tell
-app.py        the application: where the rooms stand, keys and what they do, the beat of the screen
-grid.py       a table whose cells are updated in place: what all rooms draw with
-figures.py    figures and bars in few columns
-nodes.py, objects.py, transfers.py, findings.py, incidents.py   from a snapshot of the core to rows, one room each
-trace.py      the room of annotated frames: following, scrolled back, filtered, searched
-status.py     the lines above and below the rooms
-keys.py       every key: what it does, the foot line, the page of help
-prompt.py     the line in which a filter or a search is typed
+watch.py      the thread that reads, and its state
+app.py        the application: the layout of the views, actions of keys, the refresh of the screen
+grid.py       a table whose cells are updated in place; the base of all views; numbers and bars in few columns
+nodes.py, objects.py, transfers.py, findings.py, problems.py   from a snapshot of the core to rows, one view each
+trace.py      the view of annotated frames: following, scrolled back, filtered, searched
+status.py     the lines above and below the views
+keys.py       all keys: their actions, the foot line, the page of help; the input line for a filter or a search
 
-Nothing here decodes or judges: what a frame means, and every figure, comes from `Session.snapshot` and `.trace`. What
-devices and files call themselves is drawn as text, never as markup, and escaped where it could drive a terminal.
+Nothing here decodes or judges: the meaning of frames, and every figure, comes from `Session.snapshot` and `.trace`.
+Names from devices and files are drawn as text, never as markup, and escaped where they could control a terminal.
 """

@@ -1,6 +1,6 @@
-"""The application: where the rooms stand, what keys do, and the beat at which the screen is brought up to date.
+"""The application: the layout of the views, the actions of keys, and the refresh of the screen.
 
-Ten times a second it takes one snapshot and hands it to the rooms that can be seen; each draws what differs. Must not:
+Ten times per second it takes one snapshot and passes it to the visible views; each draws the differences. Must not:
 decode, judge, or wait for the source.
 """
 
@@ -20,11 +20,9 @@ from textual.dom import DOMNode
 from textual.driver import Driver
 from textual.widget import Widget
 
-from canalyze.monitor import findings, incidents, nodes, objects, pages, transfers
-from canalyze.monitor.figures import rate
-from canalyze.monitor.grid import Grid, Row
-from canalyze.monitor.keys import VIEWS, Foot, bindings, help_page
-from canalyze.monitor.prompt import Prompt
+from canalyze.monitor import findings, nodes, objects, pages, problems, transfers
+from canalyze.monitor.grid import Grid, Row, rate
+from canalyze.monitor.keys import VIEWS, Foot, Prompt, bindings, help_page
 from canalyze.monitor.status import Below, Status
 from canalyze.monitor.trace import Trace
 from canalyze.monitor.watch import Watch
@@ -32,15 +30,15 @@ from canalyze.words import Words
 
 _BEAT_S: Final = 0.1
 _WIDE: Final = 120
-"""Columns from which the overview has findings and transfers as well."""
+"""Minimum columns for findings and transfers in the overview."""
 _HIGH: Final = 34
-"""Lines from which it has."""
+"""Minimum lines for them."""
 _AROUND: Final = 3
 """Lines of status and foot."""
 _TABLES: Final = ("nodes", "objects", "transfers", "findings", "problems")
-"""Rooms of rows that are made of a snapshot."""
+"""Views with rows from a snapshot."""
 _LOW: Final = 12
-"""Lines from which the overview tells the last finding where the findings themselves have no room."""
+"""Minimum lines for the last finding in the overview, if the findings themselves are not visible."""
 NOTHING: Final[dict[str, Any]] = {
     "now_ns": None,
     "start_ns": None,
@@ -52,13 +50,13 @@ NOTHING: Final[dict[str, Any]] = {
     "findings": [],
     "problems": [],
 }
-"""A snapshot before there is one."""
+"""An empty snapshot, before the first one."""
 
 
 def _hangup() -> Any:
-    """Give what shows that the terminal is gone, as one in a window whose program has ended: no signal says so there.
+    """Returns a poll object that reports that the terminal is gone, because a closed window may send no signal.
 
-    None where standard input is no terminal, and where the system has no such thing.
+    Returns None if standard input is no terminal, or if the system has no poll.
     """
     if sys.platform == "win32" or not os.isatty(0):
         return None
@@ -82,10 +80,10 @@ class Monitor(App[int]):
     def __init__(
         self, watch: Watch, words: Words, *, expression: str = "", beat: bool = True, bell: bool = False
     ) -> None:
-        """Show what `watch` reads; `expression` is the first filter of the trace.
+        """Shows the source of `watch`; `expression` is the first filter of the trace.
 
-        beat: the screen follows by itself; else `beat()` is called by who wants it to, as tests do.
-        bell: it rings for each new problem that stops something or keeps it from starting; for those of a beat once.
+        beat: refresh by a timer; otherwise the caller calls `beat()`, as tests do. bell: ring for each new problem that
+        stops something or keeps it from starting, once per refresh.
         """
         super().__init__(driver_class=_driver(), ansi_color=True)
         self._watch = watch
@@ -93,17 +91,17 @@ class Monitor(App[int]):
         self._beats = beat
         self._snapshot = NOTHING
         self._complete = False
-        """Whether nothing will ever be added to the snapshot."""
+        """True if the snapshot is final."""
         self._drawn: dict[str, Any] = {}
         self._view = "overview"
         self._notice = ""
         self.paused = False
         self._rung: set[tuple[object, ...]] | None = set() if bell else None
-        """Problems for which the bell has rung; None: it does not ring."""
+        """Problems for which the bell has rung; None if it is off."""
         self._unfolded = False
-        """Whether harmless problems have rows."""
+        """True if harmless problems are shown."""
         self._severity = findings.LEVELS[0]
-        """The least severity of the findings that have rows."""
+        """The least severity of the findings shown."""
         self.status = Status(words)
         self.trace = Trace(watch.trace, words)
         self.trace.filter = expression
@@ -116,7 +114,7 @@ class Monitor(App[int]):
         self._hangup: Any = None
 
     def compose(self) -> ComposeResult:
-        """Give all rooms; which of them can be seen says the view."""
+        """Yields all views; the current view decides which of them are visible."""
         yield self.status
         yield self._latest
         with Vertical(id="rooms"):
@@ -134,7 +132,7 @@ class Monitor(App[int]):
         yield Foot(self._words)
 
     def on_mount(self) -> None:
-        """Begin."""
+        """Starts the refresh."""
         self.theme = "ansi-dark"
         loop = asyncio.get_running_loop()
         if self._beats:
@@ -148,13 +146,13 @@ class Monitor(App[int]):
         self.screen.set_focus(self.trace)
 
     def on_resize(self) -> None:
-        """Give the rooms their places anew."""
+        """Lays out the views again."""
         self._drawn = {}
         self._arrange()
         self.call_after_refresh(self.draw)
 
     def beat(self) -> None:
-        """Bring the screen up to date."""
+        """Refreshes the screen."""
         if self._watch.crash is not None:
             self.exit(2)
             return
@@ -173,15 +171,15 @@ class Monitor(App[int]):
         self.draw()
 
     def _ring(self) -> None:
-        """Ring for what is new."""
+        """Rings for new problems."""
         if self._rung is None:
             return
-        if new := incidents.loud(self._snapshot) - self._rung:
+        if new := problems.loud(self._snapshot) - self._rung:
             self._rung |= new
             self.bell()
 
     def draw(self) -> None:
-        """Hand the snapshot to what can be seen."""
+        """Passes the snapshot to the visible views."""
         snapshot, words = self._snapshot, self._words
         self.trace.start_ns = snapshot["start_ns"]
         several = len(snapshot["buses"]) > 1
@@ -200,7 +198,7 @@ class Monitor(App[int]):
             runs = (
                 snapshot[name]["running"]
                 if name == "transfers"
-                else name == "objects" or (name == "problems" and incidents.changing(snapshot))
+                else name == "objects" or (name == "problems" and problems.changing(snapshot))
             )
             part = (snapshot[name], snapshot["now_ns"] if runs else 0, away)
             if not grid.size.width or not _seen(grid) or self._drawn.get(name) == part:
@@ -218,8 +216,8 @@ class Monitor(App[int]):
                 shown = findings.rows(snapshot, buses=several, least=self._severity)
                 grid.show(findings.columns(words, buses=several, least=self._severity), shown)
             else:
-                shown = incidents.rows(snapshot, words, buses=several, unfolded=self._unfolded)
-                grid.show(incidents.columns(words, buses=several), shown)
+                shown = problems.rows(snapshot, words, buses=several, unfolded=self._unfolded)
+                grid.show(problems.columns(words, buses=several), shown)
         if _seen(self.trace) and (self._drawn.get("trace") != snapshot["tally"]["frames"] or not self.paused):
             self._drawn["trace"] = snapshot["tally"]["frames"]
             self.trace.update()
@@ -239,7 +237,7 @@ class Monitor(App[int]):
             return f" {self._words('monitor.fixed', rate=rate(replay.fixed_rate * replay.speed))}"
         return f" {replay.speed:g}x"
 
-    # Where the rooms stand.
+    # The layout of the views.
 
     def _arrange(self) -> None:
         view, size = self._view, self.size
@@ -274,11 +272,11 @@ class Monitor(App[int]):
         self._whole.tell(row.whole if row else "", 2 if self.size.height < 30 else 4, "info")
 
     def on_grid_moved(self) -> None:
-        """Say the row of the cursor as a whole."""
+        """Shows the row of the cursor in full."""
         self._tell_whole()
 
     def on_descendant_focus(self, _: events.DescendantFocus) -> None:
-        """Say the row of the cursor as a whole; while a line is typed, as after a click, keys remain with it."""
+        """Shows the row of the cursor in full; an open prompt keeps the keys, even after a click."""
         if self._prompt.display and isinstance(self.focused, Grid):
             self._prompt.take_keys()
         self._tell_whole()
@@ -289,17 +287,17 @@ class Monitor(App[int]):
 
     @property
     def _asked(self) -> bool:
-        """Whether keys belong to a line that is typed, or to a page above."""
+        """True if keys belong to the prompt or to a page."""
         return self._prompt.display or len(self.screen_stack) > 1
 
     # Keys.
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Let keys pass to where something is asked, but those that end or stop the program."""
+        """Disables actions while the prompt or a page is open, except those that end or suspend the program."""
         return not self._asked or action in ("end", "suspend_process") or not hasattr(Monitor, f"action_{action}")
 
     def action_view(self, name: str) -> None:
-        """See one room, or the overview."""
+        """Shows one view, or the overview."""
         if name not in VIEWS:
             return
         self._view = name
@@ -309,40 +307,40 @@ class Monitor(App[int]):
         self.call_after_refresh(self.draw)
 
     def action_room(self, step: int) -> None:
-        """Give the keys to the next room that can be seen."""
+        """Focuses the next visible view."""
         names = ("nodes", "findings", "transfers", "objects", "problems", "trace")
         seen = [self.grids[name] for name in names if _seen(self.grids[name])]
         at = next((place for place, grid in enumerate(seen) if grid is self.focused), -1)
         seen[(at + step) % len(seen)].focus()
 
     def action_move(self, rows: int) -> None:
-        """Move the cursor."""
+        """Moves the cursor."""
         if grid := self._focused():
             grid.move(rows)
 
     def action_page(self, pages: int) -> None:
-        """Move by what can be seen."""
+        """Moves the cursor by a screen."""
         if grid := self._focused():
             grid.move(pages * max(1, grid.body - 1))
 
     def action_edge(self, last: bool) -> None:
-        """Go to the first row, or the last."""
+        """Goes to the first or the last row."""
         if grid := self._focused():
             grid.edge(last=last)
 
     def action_pick(self) -> None:
-        """Show what belongs to the row of the cursor."""
+        """Opens the details of the row of the cursor."""
         grid = self._focused()
         if grid is not None and grid.current is not None:
             self._lead(grid.current)
 
     def on_grid_picked(self, event: Grid.Picked) -> None:
-        """Show what belongs to the row."""
+        """Opens the details of the row."""
         self._lead(event.row)
 
     def _lead(self, row: Row) -> None:
-        """Show the page of a row, or where it leads to."""
-        if row.key == incidents.FOLD:
+        """Opens the page of a row, or goes to its frames."""
+        if row.key == problems.FOLD:
             self._unfolded = not self._unfolded
             self._drawn.pop("problems", None)
             self.draw()
@@ -353,7 +351,7 @@ class Monitor(App[int]):
             self._follow(row)
 
     def _page(self, about: tuple[str, ...]) -> RenderableType:
-        """Give the page of what a row is about."""
+        """Returns the page for the subject of a row."""
         kind, *facts = about
         if kind != "node":
             return (pages.of_finding if kind == "finding" else pages.of_frame)(self._words, *facts)
@@ -361,7 +359,7 @@ class Monitor(App[int]):
         return pages.of_node(node, self._watch.page(node["bus"], node["node"]), self._words)
 
     def _follow(self, row: Row) -> None:
-        """Go to the frame that a row leads to, or show the frames that it is of."""
+        """Goes to the frame of a row, or filters its frames."""
         if row.leads is None:
             return
         if not _seen(self.trace):
@@ -384,7 +382,7 @@ class Monitor(App[int]):
         self.draw()
 
     def action_pause(self) -> None:
-        """Let the screen stand still, and a replay with it; reading and recording of a bus go on."""
+        """Stops the screen, and a replay with it; reading and recording of a bus continue."""
         self.paused = not self.paused
         if self._watch.replay is not None:
             self._watch.replay.paused = self.paused
@@ -392,13 +390,13 @@ class Monitor(App[int]):
         self.beat()
 
     def action_speed(self, faster: bool) -> None:
-        """Let a replay run faster, or slower."""
+        """Doubles or halves the speed of a replay."""
         if self._watch.replay is not None:
             self._watch.replay.faster(faster)
             self.draw()
 
     def action_severity(self) -> None:
-        """Show the next fewer findings by severity, after the fewest all."""
+        """Raises the least severity of the findings shown, and restarts with all after the highest."""
         levels = findings.LEVELS
         self._severity = levels[(levels.index(self._severity) + 1) % len(levels)]
         self._drawn.pop("findings", None)
@@ -408,11 +406,11 @@ class Monitor(App[int]):
             self.action_view("findings")
 
     def action_filter(self) -> None:
-        """Ask for a filter of the trace."""
+        """Asks for a filter of the trace."""
         self._ask("filter", self.trace.filter)
 
     def action_search(self) -> None:
-        """Ask for a text to be found in the trace."""
+        """Asks for a text to search in the trace."""
         self._ask("search", self.trace.search)
 
     def _ask(self, purpose: str, text: str) -> None:
@@ -421,7 +419,7 @@ class Monitor(App[int]):
         self._prompt.ask(purpose, self._words.of("monitor_ask", purpose), text)
 
     def on_prompt_given(self, event: Prompt.Given) -> None:
-        """Filter or search by what was typed."""
+        """Applies the filter or the search."""
         self._notice = ""
         if event.purpose == "filter":
             if not self._filter(event.text):
@@ -446,14 +444,14 @@ class Monitor(App[int]):
         return True
 
     def on_prompt_cancelled(self) -> None:
-        """Leave it as it was."""
+        """Keeps the former filter or search."""
         self._notice = ""
         self._prompt.close()
         self.screen.set_focus(self.trace)
         self.draw()
 
     def action_find(self, back: bool) -> None:
-        """Go to the next line with the text that is looked for, or the one before."""
+        """Goes to the next or the previous match of the search."""
         if not self.trace.search:
             self.action_search()
             return
@@ -466,7 +464,7 @@ class Monitor(App[int]):
         self.draw()
 
     def action_leave(self) -> None:
-        """Take away what was chosen last: a notice, the cursor, what is searched for, the filter."""
+        """Clears the first of these that is set: the notice, the cursor, the search, the filter."""
         grid = self._focused()
         if self._notice:
             self._notice = ""
@@ -480,20 +478,20 @@ class Monitor(App[int]):
         self.draw()
 
     def action_help(self) -> None:
-        """Show the page of help."""
+        """Shows the page of help."""
         self.push_screen(pages.Page(help_page(self._words, replay=self._watch.replay is not None)))
 
     def action_stop(self) -> None:
-        """End."""
+        """Ends the program."""
         self.exit(0)
 
     def action_end(self) -> None:
-        """End, whatever is asked."""
+        """Ends the program, even if the prompt or a page is open."""
         self.exit(0)
 
 
 def _driver() -> type[Driver] | None:
-    """Give what draws on standard output, as every command does, where textual would take standard error."""
+    """Returns a driver that draws on standard output, as every command does; textual's draws on standard error."""
     if sys.platform == "win32":
         return None
     from textual.drivers.linux_driver import LinuxDriver
@@ -517,5 +515,5 @@ def _height(widget: Widget, lines: int) -> None:
 
 
 def _seen(widget: Widget) -> bool:
-    """Tell whether a room and all that it stands in can be seen."""
+    """Returns true if a widget and all its ancestors are displayed."""
     return all(node.display for node in widget.ancestors_with_self if isinstance(node, DOMNode))

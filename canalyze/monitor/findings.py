@@ -1,18 +1,17 @@
-"""The room of findings: the last one first; each leads to its frame."""
+"""The view of findings, newest first; each leads to its frame."""
 
 from typing import Any, Final
 
-from canalyze.monitor.figures import seconds
-from canalyze.monitor.grid import NOTHING, Cell, Column, Row, cell, texts
+from canalyze.monitor.grid import NOTHING, Cell, Column, Row, cell, seconds, texts
 from canalyze.monitor.status import MARKS
 from canalyze.words import Words
 
 LEVELS: Final = ("info", "warning", "error")
-"""Severities, each of which may be the least that is shown."""
+"""Severities, from the least on."""
 
 
 def columns(words: Words, *, buses: bool, least: str = LEVELS[0]) -> list[Column]:
-    """Give the columns; that of the bus only where there are several. least: the least severity that is shown."""
+    """Returns the columns; that of the bus only with several buses. least: the least severity shown."""
     heading = words("monitor.finding")
     if least != LEVELS[0]:
         heading += f"  {words.of('monitor_severity', least)}"
@@ -27,7 +26,7 @@ def columns(words: Words, *, buses: bool, least: str = LEVELS[0]) -> list[Column
 
 
 def rows(snapshot: dict[str, Any], *, buses: bool, least: str = LEVELS[0]) -> list[Row]:
-    """Give a row a finding of at least this severity."""
+    """Returns one row per finding of at least this severity."""
     start = snapshot["start_ns"]
     found = []
     for place, one in enumerate(snapshot["findings"]):
@@ -54,7 +53,7 @@ def rows(snapshot: dict[str, Any], *, buses: bool, least: str = LEVELS[0]) -> li
 
 
 def latest(snapshot: dict[str, Any]) -> Cell:
-    """Give the last error or warning in a line, else the last info; nothing where there is none."""
+    """Returns the last error or warning in a line, or else the last info; nothing without findings."""
     found = snapshot["findings"]
     if not found:
         return NOTHING

@@ -1,8 +1,9 @@
-"""A table whose cells are updated in place: only those that changed are drawn again.
+"""A table whose cells are updated in place: only changed ones are drawn again.
 
-Columns take the room that there is: they shrink, and those that matter least leave. Everything is measured in columns
-of the terminal, where a Chinese character takes two. What is drawn is text, whatever it holds: no markup, and what
-could drive a terminal is escaped. Must not: know what the rows are of.
+Columns adapt to the available width: they shrink, and the least important ones are hidden. Widths are measured in
+columns of the terminal, of which a Chinese character takes two. Everything is drawn as text: no markup, and
+characters that could control a terminal are escaped. Times, rates, sizes and bars take few columns. Must not: know the
+subject of the rows.
 """
 
 from collections.abc import Iterable, Sequence
@@ -18,6 +19,68 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from canalyze.output import printable
+
+BLANK: Final = "-"
+"""Shown for an unknown value."""
+_NS: Final = 1_000_000_000
+_PARTS: Final = " ▏▎▍▌▋▊▉"
+
+
+def period(ns: int | None) -> str:
+    """Returns a time of up to some minutes with its unit, in at most seven columns."""
+    if ns is None:
+        return BLANK
+    if ns <= 0:
+        return "0"
+    for limit, step, unit in ((1_000, 1, "ns"), (1_000_000, 1_000, "µs"), (_NS, 1_000_000, "ms")):
+        if ns < limit:
+            return f"{_three(ns / step)}{unit}"
+    return f"{_three(ns / _NS)}s" if ns < 1000 * _NS else clock(ns)
+
+
+def _three(value: float) -> str:
+    """Returns about three digits, so that a value that hardly changes does not flicker."""
+    return f"{value:.2f}" if value < 9.995 else f"{value:.1f}" if value < 99.95 else f"{value:.0f}"
+
+
+def seconds(ns: int | None, digits: int = 1) -> str:
+    """Returns a time in seconds without its unit."""
+    return BLANK if ns is None else f"{ns / _NS:.{digits}f}"
+
+
+def clock(ns: int | None) -> str:
+    """Returns a time of any length as 1:02:03."""
+    if ns is None:
+        return BLANK
+    whole = max(0, ns) // _NS
+    return f"{whole // 3600}:{whole // 60 % 60:02}:{whole % 60:02}"
+
+
+def rate(value: float | None) -> str:
+    """Returns a rate, with one decimal if it is small."""
+    if value is None:
+        return BLANK
+    return f"{value:.1f}" if 0 < value < 99.95 else f"{value:.0f}"
+
+
+def size(octets: int | None) -> str:
+    """Returns a number of bytes."""
+    if octets is None:
+        return BLANK
+    if octets < 10_000:
+        return str(octets)
+    for step, unit in ((1 << 10, "Ki"), (1 << 20, "Mi"), (1 << 30, "Gi")):
+        if octets < step * 1000 or unit == "Gi":
+            return f"{_three(octets / step)}{unit}"
+    return str(octets)
+
+
+def bar(part: float, columns: int) -> str:
+    """Returns a bar for a ratio of 0 to 1, in eighths of a column."""
+    eighths = round(max(0.0, min(part, 1.0)) * columns * 8)
+    full, rest = divmod(eighths, 8)
+    return ("█" * full + (_PARTS[rest] if rest else "")).ljust(columns, "░")
+
 
 STYLES: Final = {
     name: Style.parse(style)
@@ -42,49 +105,52 @@ STYLES: Final = {
         "here": "bold reverse",
     }.items()
 }
-"""Looks by what they say. The terminal's own colours, so that a light one stays light; without colours bold remains."""
+"""Styles by their meaning.
+
+They use the terminal's own colours, so that a light theme stays light; without colours, bold remains.
+"""
 
 Piece = tuple[str, str]
-"""A text and its look."""
+"""A text and its style."""
 Cell = tuple[Piece, ...]
 NOTHING: Final[Cell] = ()
 
 
 def cell(text: object, look: str = "") -> Cell:
-    """Give a cell of one look."""
+    """Returns a cell of one style."""
     return ((str(text), look),) if text not in ("", None) else NOTHING
 
 
 class Column(NamedTuple):
-    """What a column needs."""
+    """The heading and the widths of a column."""
 
     heading: str
     least: int = 0
-    """Columns that it may shrink to; 0: it does not."""
+    """The width to which it may shrink; 0: it does not."""
     most: int = 40
-    """Columns that it takes at most, unless it is the last one."""
+    """Maximum width, unless it is the last column."""
     right: bool = False
     leaves: int = 0
-    """The higher, the sooner it is left out for want of room; 0: never."""
+    """The higher, the sooner it is hidden if the width does not suffice; 0: never."""
 
 
 class Row(NamedTuple):
-    """What stands in a line."""
+    """The content of a line."""
 
     key: Any
-    """Hashable: what the row is of, the same in the next snapshot."""
+    """Hashable: the subject of the row, the same in the next snapshot."""
     cells: tuple[Cell, ...]
     whole: str = ""
-    """All that there is to say, for the lines below the rooms."""
+    """The row in full, for the lines below the views."""
     look: str = ""
     leads: int | str | None = None
-    """The frame to which it leads, or the filter that shows its frames."""
+    """The frame to which it leads, or the filter for its frames."""
     about: tuple[str, ...] = ()
-    """What its page is made of, first the kind of page; nothing where it has none."""
+    """The kind of its page and the arguments of that; empty without a page."""
 
 
 def leads(bus: str, **conditions: object) -> str:
-    """Give a filter of these conditions, on one bus where it has a name that a filter takes."""
+    """Returns a filter of these conditions, including the bus if its name is valid in a filter."""
     found = [f"{name}={value}" for name, value in conditions.items() if value is not None]
     if bus and bus.replace("-", "").replace("_", "").replace(".", "").isalnum():
         found.append(f"bus={bus}")
@@ -92,7 +158,7 @@ def leads(bus: str, **conditions: object) -> str:
 
 
 def fit(columns: Sequence[Column], natural: Sequence[int], room: int) -> list[tuple[int, int]]:
-    """Choose the columns that stay, and how wide each is: pairs of number and width."""
+    """Returns the visible columns with their widths: pairs of number and width."""
     kept = list(range(len(columns)))
 
     def needed(number: int) -> int:
@@ -116,7 +182,7 @@ def fit(columns: Sequence[Column], natural: Sequence[int], room: int) -> list[tu
 
 
 def draw(content: Cell, columns: int, look: Style, *, right: bool = False) -> list[Segment]:
-    """Give a cell in exactly so many columns; what is too long is cut and ends in an ellipsis."""
+    """Returns a cell in exactly `columns` columns; a longer text is cut and ends in an ellipsis."""
     if len(content) == 1 and content[0][0].isascii():
         text, name = content[0]
         text = printable(text)
@@ -143,51 +209,51 @@ def draw(content: Cell, columns: int, look: Style, *, right: bool = False) -> li
 
 
 def line(content: Cell, columns: int, look: str = "") -> Strip:
-    """Give a whole line of one cell."""
+    """Returns a whole line of one cell."""
     return Strip(draw(content, columns, STYLES[look]), columns)
 
 
 def widest(content: Cell) -> int:
-    """Give the columns that a cell takes."""
+    """Returns the width of a cell in columns."""
     return sum(cell_len(text) for text, _ in content)
 
 
 class Grid(Widget, can_focus=True):
-    """Rows below a line of headings; a cursor where the user moved it."""
+    """Rows below a line of headings, with an optional cursor."""
 
     DEFAULT_CSS = "Grid { height: 1fr; width: 1fr; }"
     ALLOW_SELECT = False
 
     class Picked(Message):
-        """The user asks for what belongs to a row."""
+        """The user has asked for the details of a row."""
 
         def __init__(self, grid: "Grid", row: Row) -> None:
-            """Take the row."""
+            """Creates the message for a row."""
             super().__init__()
             self.grid = grid
             self.row = row
 
     class Moved(Message):
-        """The cursor stands elsewhere."""
+        """The cursor has moved."""
 
     def __init__(self, name: str) -> None:
-        """An empty table; `name` is its id."""
+        """Creates an empty table; `name` is its id."""
         super().__init__(id=name)
         self.columns: Sequence[Column] = ()
         self.rows: Sequence[Row] = ()
         self.top = 0
         """The row that is drawn first."""
         self.cursor: Any = None
-        """The key of the row on which the cursor stands; None: there is none."""
+        """The key of the row with the cursor, if any."""
         self.empty = ""
-        """What stands there where there are no rows."""
+        """Shown if there are no rows."""
         self._natural: list[int] = []
         self._widths: list[tuple[int, int]] = []
         self._drawn: list[Row | None] = []
 
     @property
     def body(self) -> int:
-        """Rows that there is room for."""
+        """The number of visible rows."""
         return max(0, self.size.height - 1)
 
     @property
@@ -202,9 +268,9 @@ class Grid(Widget, can_focus=True):
         return next((place for place, row in enumerate(self.rows) if row.key == self.cursor), None)
 
     def show(self, columns: Sequence[Column], rows: Sequence[Row]) -> None:
-        """Take new rows; draw what differs."""
+        """Sets the rows and draws the differences."""
         natural = [cell_len(column.heading) for column in columns]
-        if len(natural) == len(self._natural):  # never narrower: what stands right of it would jump
+        if len(natural) == len(self._natural):  # never narrower, or the columns to the right would jump
             natural = [max(one) for one in zip(natural, self._natural, strict=True)]
         for row in rows:
             for number, content in enumerate(row.cells):
@@ -227,7 +293,7 @@ class Grid(Widget, can_focus=True):
         return shown + [None] * (self.body - len(shown))
 
     def _redraw(self) -> None:
-        """Draw the cells that are others than those on the screen."""
+        """Draws the cells that differ from those on the screen."""
         now = self._visible()
         if len(now) != len(self._drawn):
             self._drawn = now
@@ -250,20 +316,20 @@ class Grid(Widget, can_focus=True):
             self.refresh(*regions)
 
     def on_resize(self) -> None:
-        """Lay the columns out anew."""
+        """Lays out the columns again."""
         self._natural, self._widths = [], []
         self.show(self.columns, self.rows)
 
     def on_focus(self) -> None:
-        """The line of headings shows who has the keys."""
+        """Shows the focus in the line of headings."""
         self.refresh()
 
     def on_blur(self) -> None:
-        """The line of headings shows who has the keys."""
+        """Shows the loss of focus in the line of headings."""
         self.refresh()
 
     def render_line(self, y: int) -> Strip:
-        """Give one line of the widget."""
+        """Returns one line of the widget."""
         columns = self.size.width
         if y == 0:
             look = STYLES["focused" if self.has_focus else "heading"]
@@ -290,7 +356,7 @@ class Grid(Widget, can_focus=True):
         return Strip(segments).adjust_cell_length(columns, look)
 
     def move(self, rows: int) -> None:
-        """Move the cursor, or put it where rows can be seen."""
+        """Moves the cursor, or sets it on a visible row."""
         if not self.rows:
             return
         place = self._place()
@@ -301,7 +367,7 @@ class Grid(Widget, can_focus=True):
         self.put(place)
 
     def put(self, place: int) -> None:
-        """Put the cursor on a row and bring it into sight."""
+        """Sets the cursor on a row and scrolls to it."""
         self.cursor = self.rows[place].key
         self.top = max(min(self.top, place), place - self.body + 1, 0)
         self._drawn = self._visible()
@@ -309,34 +375,34 @@ class Grid(Widget, can_focus=True):
         self.post_message(self.Moved())
 
     def leave(self) -> None:
-        """Take the cursor away."""
+        """Removes the cursor."""
         self.cursor = None
         self.refresh()
         self.post_message(self.Moved())
 
     def edge(self, *, last: bool) -> None:
-        """Go to the first row, or the last one."""
+        """Goes to the first or the last row."""
         if self.rows:
             self.put(len(self.rows) - 1 if last else 0)
 
     def roll(self, rows: int) -> None:
-        """Move what is seen, not the cursor."""
+        """Scrolls without moving the cursor."""
         self.top = max(0, min(self.top + rows, len(self.rows) - self.body))
         self._drawn = self._visible()
         self.refresh()
 
     def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
-        """Roll on."""
+        """Scrolls down."""
         event.stop()
         self.roll(3)
 
     def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
-        """Roll back."""
+        """Scrolls up."""
         event.stop()
         self.roll(-3)
 
     def on_click(self, event: events.Click) -> None:
-        """Put the cursor on the row; a second click asks for what belongs to it."""
+        """Sets the cursor on the row; a second click asks for its details."""
         place = self.top + event.y - 1
         if event.y < 1 or place >= len(self.rows):
             return
@@ -348,5 +414,5 @@ class Grid(Widget, can_focus=True):
 
 
 def texts(values: Iterable[object]) -> str:
-    """Join what there is by two blanks, for the lines below the rooms."""
+    """Joins the non-empty values by two blanks, for the lines below the views."""
     return "  ".join(str(value) for value in values if value not in (None, ""))

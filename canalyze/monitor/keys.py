@@ -1,36 +1,103 @@
-"""Every key: what it does, and where people read of it. The foot line and the page of help are made of this table."""
+"""All keys and their actions, from which the foot line and the page of help are made; and the prompt for a line."""
 
-from typing import Final, NamedTuple
+from typing import ClassVar, Final, NamedTuple
 
 from rich.cells import cell_len
 from rich.console import RenderableType
+from textual.app import ComposeResult
 from textual.binding import Binding
+from textual.containers import Horizontal
+from textual.message import Message
 from textual.strip import Strip
 from textual.widget import Widget
+from textual.widgets import Input, Static
 
 from canalyze.monitor.grid import line
 from canalyze.monitor.pages import listed
 from canalyze.words import Words
 
 
+class Prompt(Horizontal):
+    """Asks for one line; Enter accepts, Escape cancels."""
+
+    DEFAULT_CSS = """
+    Prompt { height: 1; width: 1fr; display: none; }
+    Prompt Static { height: 1; width: auto; text-style: bold; }
+    Prompt Input { height: 1; width: 1fr; border: none; padding: 0; background: ansi_default; }
+    Prompt Input:focus { border: none; background: ansi_default; }
+    """
+    BINDINGS: ClassVar = [Binding("escape", "cancel", show=False)]
+
+    class Given(Message):
+        """A line was entered."""
+
+        def __init__(self, purpose: str, text: str) -> None:
+            """Creates the message with the purpose and the line."""
+            super().__init__()
+            self.purpose = purpose
+            self.text = text
+
+    class Cancelled(Message):
+        """The input was cancelled."""
+
+    def __init__(self) -> None:
+        """Creates a hidden prompt."""
+        super().__init__(id="prompt")
+        self.purpose = ""
+
+    def compose(self) -> ComposeResult:
+        """Yields the question and the field."""
+        yield Static("", markup=False)
+        yield Input(compact=True, select_on_focus=False)
+
+    def ask(self, purpose: str, question: str, text: str) -> None:
+        """Asks for a line; `text` is the initial content."""
+        self.purpose = purpose
+        label = self.query_one(Static)
+        label.update(f"{question} ")
+        label.styles.width = cell_len(question) + 1
+        self.display = True
+        field = self.query_one(Input)
+        field.value = text
+        field.cursor_position = len(text)
+        self.take_keys()
+
+    def take_keys(self) -> None:
+        """Focuses the field at once, so that it gets the next key."""
+        self.screen.set_focus(self.query_one(Input))
+
+    def close(self) -> None:
+        """Hides the prompt."""
+        self.display = False
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        """Accepts the line."""
+        event.stop()
+        self.post_message(self.Given(self.purpose, event.value.strip()))
+
+    def action_cancel(self) -> None:
+        """Cancels the input."""
+        self.post_message(self.Cancelled())
+
+
 class Key(NamedTuple):
-    """Keys that do one thing."""
+    """Keys with the same action."""
 
     keys: str
-    """As textual names them, with commas between."""
+    """Their names in textual, separated by commas."""
     action: str
     shown: str
-    """How people name them, or a key of `words`."""
+    """Their name for the user, or a key of `words`."""
     name: str
-    """What it does, for the page of help: a key of `words`."""
+    """The description for the page of help: a key of `words`."""
     foot: str = ""
-    """The same in a word, for the foot line: a key of `words`; without it, it does not stand there."""
+    """The description in one word for the foot line: a key of `words`; empty: not in the foot line."""
     leaves: int = 0
-    """The higher, the sooner it leaves the foot line for want of room; 0: never."""
+    """The higher, the sooner it is hidden in the foot line if the width does not suffice; 0: never."""
 
 
 VIEWS: Final = ("overview", "nodes", "objects", "transfers", "findings", "trace", "problems")
-"""What can be seen, in the order of the keys 1 to 7."""
+"""The views, in the order of the keys 1 to 7."""
 
 KEYS: Final = (
     *(Key(str(number), f"view('{name}')", "", "") for number, name in enumerate(VIEWS, 1)),
@@ -64,10 +131,10 @@ KEYS: Final = (
 
 
 def bindings() -> list[Binding | tuple[str, str] | tuple[str, str, str]]:
-    """Give what textual needs.
+    """Returns the bindings for textual.
 
-    All have priority: then the application takes them one by one, and what is typed or pasted right behind the key that
-    opens the prompt goes into it. While something is asked, `Monitor.check_action` lets them pass.
+    All have priority, so that the application handles them one by one, and text typed or pasted right after the key
+    that opens the prompt goes into it. `Monitor.check_action` disables them while the prompt is open.
     """
     return [Binding(key.keys, key.action, show=False, priority=True) for key in KEYS if key.keys]
 
@@ -83,12 +150,12 @@ class Foot(Widget):
     ALLOW_SELECT = False
 
     def __init__(self, words: Words) -> None:
-        """Take the keys that stand in it."""
+        """Creates the line with its keys."""
         super().__init__(id="foot")
         self._keys = [(key.leaves, _name(key, words), words(key.foot)) for key in KEYS if key.foot]
 
     def render_line(self, y: int) -> Strip:
-        """Give the line; what has no room is left out, never what tells of all the others."""
+        """Returns the line; keys without room are left out, but never the one for help."""
         keys = list(self._keys)
         while sum(cell_len(key) + cell_len(what) + 3 for _, key, what in keys) - 1 > self.size.width:
             leaving = max(keys)
@@ -102,7 +169,7 @@ class Foot(Widget):
 
 
 def help_page(words: Words, *, replay: bool) -> RenderableType:
-    """Give the page of help; keys for speed only stand there of a replay."""
+    """Returns the page of help; the keys for speed are shown for a replay only."""
     rows = [
         (_name(key, words), words(key.name))
         for key in KEYS

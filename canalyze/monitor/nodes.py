@@ -1,10 +1,9 @@
-"""The room of nodes: one line each, what it is, its state, heartbeat against its period, EMCY, drive, rate, problem."""
+"""The view of nodes: name, state, heartbeat and its period, EMCY, drive, rate and problem of each."""
 
 from typing import Any, Final
 
-from canalyze.monitor.figures import BLANK, rate, seconds
-from canalyze.monitor.grid import Cell, Column, Row, cell, leads, texts
-from canalyze.monitor.incidents import of_node
+from canalyze.monitor.grid import BLANK, Cell, Column, Row, cell, leads, rate, seconds, texts
+from canalyze.monitor.problems import of_node
 from canalyze.words import Words
 
 STATES: Final = {
@@ -13,14 +12,14 @@ STATES: Final = {
     "04": "warning",
     "00": "info",
 }
-"""Looks of the states, by the byte that a heartbeat has: operational, pre-operational, stopped, booted up."""
+"""Styles of the states, by the byte of the heartbeat: operational, pre-operational, stopped, booted up."""
 _SECOND: Final = 1_000_000_000
 _LATE: Final = 1.5
-"""Periods without a heartbeat after which its age stands out; that it is missing is said by the core (`silent`)."""
+"""Number of periods without a heartbeat after which its age is highlighted; a missing one is `silent`."""
 
 
 def columns(words: Words, *, buses: bool) -> list[Column]:
-    """Give the columns; that of the bus only where there are several."""
+    """Returns the columns; that of the bus only with several buses."""
     given = [
         Column(words("col.node"), right=True),
         Column(words("col.name"), least=6, most=28, leaves=3),
@@ -36,12 +35,12 @@ def columns(words: Words, *, buses: bool) -> list[Column]:
 
 
 def rows(snapshot: dict[str, Any], words: Words, *, buses: bool, away: frozenset[str] = frozenset()) -> list[Row]:
-    """Give a row a node; away: the buses that cannot be listened to, of which nobody knows what their nodes do."""
+    """Returns one row per node; away: lost buses, whose nodes have an unknown state."""
     return [_row(node, snapshot, words, buses=buses, away=node["bus"] in away) for node in snapshot["nodes"]]
 
 
 def about(node: dict[str, Any]) -> tuple[str, ...]:
-    """Give what the page of a node is made of."""
+    """Returns the subject of the page of a node."""
     return "node", node["bus"], str(node["node"])
 
 
@@ -90,7 +89,7 @@ def _is_late(node: dict[str, Any]) -> bool:
 
 
 def _heartbeat(node: dict[str, Any], *, unknown: bool) -> Cell:
-    """Give the age of the last heartbeat against its period; unknown: it may have been missed."""
+    """Returns the age of the last heartbeat and its period; unknown: it may have been missed."""
     age, period = node["heartbeat_age_ns"], node["heartbeat_period_ns"]
     if age is None:
         return cell(BLANK, "dim")
@@ -106,7 +105,7 @@ def _emcy(emcy: dict[str, Any] | None, words: Words) -> Cell:
 
 
 def _emcy_text(emcy: dict[str, Any] | None, words: Words) -> str:
-    """Give the last emergency, how many stand beside it, and whether it is over."""
+    """Returns the last emergency, the number of further active ones, and its end."""
     if emcy is None:
         return ""
     text = f"{emcy['code']}h {emcy['text']}".rstrip()
@@ -116,14 +115,14 @@ def _emcy_text(emcy: dict[str, Any] | None, words: Words) -> str:
 
 
 def _since(emcy: dict[str, Any] | None, start_ns: int | None) -> str:
-    """Give when that was, as the trace has it."""
+    """Returns the time of an emergency, as in the trace."""
     if emcy is None or emcy["t_ns"] is None or start_ns is None:
         return ""
     return f"@ {seconds(emcy['t_ns'] - start_ns, 3)}s"
 
 
 def tally(found: dict[str, int]) -> Cell:
-    """Give how many findings there are of each severity, those that there are."""
+    """Returns the numbers of findings by severity, without zeros."""
     pieces: list[tuple[str, str]] = []
     for severity, mark in (("error", "✖"), ("warning", "▲")):
         if found.get(severity):

@@ -1,21 +1,20 @@
-"""The room of objects: one line for each COB-ID, updated in place, with its last data and what they mean."""
+"""The view of objects: one line per COB-ID, updated in place, with its last data and their meaning."""
 
 from typing import Any, Final
 
-from canalyze.monitor.figures import period, rate
-from canalyze.monitor.grid import Cell, Column, Row, cell, leads, texts
+from canalyze.monitor.grid import Cell, Column, Row, cell, leads, period, rate, texts
 from canalyze.words import Words
 
 _STALE: Final = 3
-"""Periods after which what comes evenly is old."""
+"""Number of periods after which a periodic object is old."""
 _LEAST_NS: Final = 200_000_000
-"""What is younger is not old, however short its period is."""
+"""Minimum age of an old object, for short periods."""
 _SPACED: Final = 110
-"""Columns of the terminal from which the bytes of the data stand apart."""
+"""Minimum columns of the terminal for blanks between the bytes of the data."""
 
 
 def columns(words: Words, *, buses: bool, width: int) -> list[Column]:
-    """Give the columns; that of the bus only where there are several."""
+    """Returns the columns; that of the bus only with several buses."""
     given = [
         Column("ID"),
         Column(words("monitor.object"), least=7, most=24),
@@ -30,7 +29,7 @@ def columns(words: Words, *, buses: bool, width: int) -> list[Column]:
 
 
 def rows(snapshot: dict[str, Any], words: Words, *, buses: bool, width: int) -> list[Row]:
-    """Give a row an object."""
+    """Returns one row per object."""
     now = snapshot["now_ns"]
     return [_row(one, now, words, buses=buses, spaced=width >= _SPACED) for one in snapshot["objects"]]
 
@@ -59,7 +58,7 @@ def _row(one: dict[str, Any], now: int | None, words: Words, *, buses: bool, spa
 
 
 def _age(one: dict[str, Any], now: int | None) -> int | None:
-    """Give how old the last frame is, where frames came evenly and have stopped."""
+    """Returns the age of the last frame if a periodic object has stopped, or else None."""
     last, usual, jitter = one["last_ns"], one["period_ns"], one["jitter_ns"]
     if None in (now, last, usual, jitter) or jitter > usual // 2:
         return None
@@ -72,19 +71,19 @@ def _closer(data: str, gap: str) -> str:
 
 
 def _name(one: dict[str, Any], words: Words) -> str:
-    """Give what it is called: the PDO or the service, with the node where there is one."""
+    """Returns the name of an object: the PDO or the service, with its node if it has one."""
     name = one["name"] or one["service"] or ""
     return name if one["node"] is None else words("monitor.of_node", node=one["node"], name=name)
 
 
 def _meaning(one: dict[str, Any]) -> str:
-    """Give what its last frame means, without the name that stands in the line already."""
+    """Returns the meaning of its last frame, without a name that is shown already."""
     head, colon, rest = str(one["text"]).partition(": ")
     return rest if colon and rest and one["name"] and one["name"] in head else str(one["text"])
 
 
 def _data(data: str, changed: str, gap: str) -> Cell:
-    """Give the bytes, those marked that changed."""
+    """Returns the bytes, with the changed ones highlighted."""
     pieces: list[tuple[str, str]] = []
     for place in range(0, len(data), 2):
         look = "changed" if changed[place : place + 2].upper() == "FF" else ""

@@ -1,7 +1,7 @@
-"""Pages above the rooms: the keys, what is known of a node, what a frame or a rule means.
+"""Pages above the views: the keys, the details of a node, the meaning of a frame or a rule.
 
-A page is made once, of what is known when it is opened, and can be scrolled. Any other key closes it. Must not: decode,
-or ask for what the screen has not handed it.
+A page is made once when it is opened, and can be scrolled. Any other key closes it. Must not: decode, or query
+anything that was not passed to it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,11 +23,11 @@ from canalyze.output import printable
 from canalyze.words import Words
 
 _CLASSIC: Final = 8
-"""Bytes that a frame of classic CAN has at most."""
+"""Maximum number of data bytes of a classic CAN frame."""
 
 
 class Page(ModalScreen[bool]):
-    """A page; closed with True where Enter is pressed."""
+    """A page; its result is True if Enter closed it."""
 
     CSS = """
     Page { background: ansi_default; }
@@ -36,24 +36,24 @@ class Page(ModalScreen[bool]):
     BINDINGS: ClassVar = [Binding("ctrl+c,ctrl+q", "app.end", show=False, priority=True)]
 
     def __init__(self, shown: RenderableType) -> None:
-        """Take what stands on it."""
+        """Creates a page with its content."""
         super().__init__()
         self._shown = shown
 
     def compose(self) -> ComposeResult:
-        """Give the page."""
+        """Yields the content."""
         with VerticalScroll():
             yield Static(self._shown)
 
     def on_key(self, event: events.Key) -> None:
-        """Close the page."""
+        """Closes the page."""
         event.stop()
         event.prevent_default()
         self.dismiss(event.key == "enter")
 
 
 def listed(title: str, rows: Sequence[tuple[str, str]], below: str) -> RenderableType:
-    """Give a page of names and what stands beside each."""
+    """Returns a page of names with their descriptions."""
     table = _grid(2)
     for name, what in rows:
         table.add_row(_text(f" {name}", "key"), _text(what))
@@ -61,7 +61,7 @@ def listed(title: str, rows: Sequence[tuple[str, str]], below: str) -> Renderabl
 
 
 def of_node(node: Mapping[str, Any], known: Mapping[str, Any], words: Words) -> RenderableType:
-    """Give what is known of a node: `node` is its row of a snapshot, `known` its page of the core."""
+    """Returns the page of a node: `node` is its row of a snapshot, `known` its page of the core."""
     head = words("monitor.of_node", node=words("monitor.node", node=node["node"]), name=node["name"]).strip()
     identity = _grid(3)
     for one in known["identity"]:
@@ -84,14 +84,14 @@ def of_node(node: Mapping[str, Any], known: Mapping[str, Any], words: Words) -> 
 
 
 def of_finding(words: Words, code: str, text: str) -> RenderableType:
-    """Give what the rule of a finding says."""
+    """Returns the explanation of the rule of a finding."""
     explained = _core.explain(code, words.lang) or ""
     end = words("monitor.page_frame")
     return Group(_text(f" {code}  {text}", "strong"), "", *_lines(explained), "", _text(f" {end}", "dim"))
 
 
 def of_frame(words: Words, cob: str, data: str, text: str) -> RenderableType:
-    """Give a frame field by field; what its line says stands above."""
+    """Returns a frame field by field, below its line."""
     octets = "".join(part for part in data.split() if len(part) == 2)
     remote = bool(data) and not octets
     separator = "##0" if len(octets) > 2 * _CLASSIC else "#"
@@ -121,5 +121,5 @@ def _grid(columns: int) -> Table:
 
 
 def _text(text: str, look: str = "") -> Text:
-    """Give a text as it is: no markup, and nothing that drives a terminal."""
+    """Returns a text without markup or characters that could control a terminal."""
     return Text(printable(text), STYLES[look])

@@ -1,4 +1,4 @@
-"""The lines around the rooms: the bus and what there is to see above; what is to be said, and the whole row, below."""
+"""The lines around the views: the bus and the views above; notices and the full row below."""
 
 from typing import Any, Final
 
@@ -6,10 +6,9 @@ from rich.cells import cell_len
 from textual.strip import Strip
 from textual.widget import Widget
 
-from canalyze.monitor.figures import clock, rate
-from canalyze.monitor.grid import Cell, Piece, cell, line
-from canalyze.monitor.incidents import newest, standing
+from canalyze.monitor.grid import Cell, Piece, cell, clock, line, rate
 from canalyze.monitor.keys import VIEWS
+from canalyze.monitor.problems import newest, open_roots
 from canalyze.output import printable
 from canalyze.output.layout import wrap
 from canalyze.words import Words
@@ -24,33 +23,33 @@ _BADGES: Final = {
     "records": "live",
     "unrecorded": "lost",
 }
-"""Looks of how it stands with the source."""
+"""Styles of the states of source and recording."""
 _LOAD: Final = (("error", 80.0), ("warning", 50.0))
-"""From which load of the bus, in percent, it stands out."""
+"""Bus loads in percent from which they are highlighted."""
 _TITLE: Final = 30
-"""Columns that the title of a problem is given at least."""
+"""Minimum columns for the title of a problem."""
 MARKS: Final = {"error": "✖", "warning": "▲", "info": "i"}
 
 
 class Lines(Widget):
-    """Lines that are drawn again only when they say something else."""
+    """Lines that are drawn again only if they change."""
 
     DEFAULT_CSS = "Lines { height: 1; width: 1fr; }"
     ALLOW_SELECT = False
 
     def __init__(self, name: str) -> None:
-        """Nothing said yet; `name` is its id."""
+        """Creates empty lines; `name` is the id."""
         super().__init__(id=name)
         self._lines: list[Cell] = []
 
     def say(self, lines: list[Cell]) -> None:
-        """Say this."""
+        """Sets the lines."""
         if lines != self._lines:
             self._lines = lines
             self.refresh()
 
     def render_line(self, y: int) -> Strip:
-        """Give one of them."""
+        """Returns one of them."""
         return line(self._lines[y] if y < len(self._lines) else (), self.size.width)
 
 
@@ -60,12 +59,12 @@ class Status(Lines):
     DEFAULT_CSS = "Status { height: 2; width: 1fr; }"
 
     def __init__(self, words: Words) -> None:
-        """Nothing known yet."""
+        """Creates empty lines."""
         super().__init__("status")
         self._words = words
         self._away: frozenset[str] = frozenset()
         self._widths: list[int] = []
-        """Of the items of the first line, the widest by now."""
+        """Maximum widths so far of the items of the first line."""
 
     def update(
         self,
@@ -76,10 +75,10 @@ class Status(Lines):
         conditions: list[str],
         away: frozenset[str] = frozenset(),
     ) -> None:
-        """Say how it stands.
+        """Updates the lines.
 
-        badges: that of the source, and of the recording. speed: of a replay, else "". conditions: filter and search, in
-        words. away: the buses that cannot be listened to.
+        badges: states of the source and of the recording. speed: that of a replay or "". conditions: filter and search,
+        in words. away: the lost buses.
         """
         words = self._words
         self._away = away
@@ -92,7 +91,7 @@ class Status(Lines):
         if sum(_width(item) + 2 for item in items) + (_TITLE if trouble else 0) > self.size.width:
             items = [*heads, *self._figures(snapshot, short=True, scarce=bool(trouble))]
         widths = [_width(item) for item in items]
-        if len(widths) == len(self._widths):  # never narrower: what stands right of it would jump
+        if len(widths) == len(self._widths):  # never narrower, or the items to the right would jump
             widths = [max(pair) for pair in zip(widths, self._widths, strict=True)]
         self._widths = widths if sum(widths) + 2 * len(widths) <= self.size.width else []
         first: list[Piece] = []
@@ -105,13 +104,13 @@ class Status(Lines):
         self.say([tuple(first), self._views(snapshot, view, conditions)])
 
     def on_resize(self) -> None:
-        """Take the room that there is."""
+        """Uses the new width."""
         self._widths = []
 
     def _figures(self, snapshot: dict[str, Any], *, short: bool, scarce: bool = False) -> list[Cell]:
-        """Give what there is to say of the buses, the most important first; short: where there is little room.
+        """Returns the figures of the buses, the most important first; short: in few columns.
 
-        scarce: what is 0 has no room at all.
+        scarce: zeros are left out.
         """
         words = self._words
         buses = snapshot["buses"]
@@ -139,7 +138,7 @@ class Status(Lines):
         return bus["state"] is None and bus["name"] not in self._away
 
     def _bus(self, bus: dict[str, Any]) -> Cell:
-        """Give its name, its load and its state where that is no good one."""
+        """Returns name, load and, if it is not good, the state of a bus."""
         pieces: list[Piece] = [(bus["name"] or "-", "strong")]
         if bus["name"] in self._away:
             return (*pieces, (f" {self._words('monitor.bus_down')}", "error"))
@@ -152,7 +151,7 @@ class Status(Lines):
         return tuple(pieces)
 
     def _views(self, snapshot: dict[str, Any], view: str, conditions: list[str], *, scarce: bool = False) -> Cell:
-        """Give the views by number; scarce: how much there is of what is no trouble has no room."""
+        """Returns the views by number; scarce: without the numbers of their rows."""
         counts: dict[str, int] = {}
         if not scarce:
             counts = {
@@ -160,7 +159,7 @@ class Status(Lines):
                 "objects": len(snapshot["objects"]) + snapshot.get("objects_more", 0),
                 "transfers": len(snapshot["transfers"]["running"]),
             }
-        stand = len(standing(snapshot))
+        open_count = len(open_roots(snapshot))
         pieces: list[Piece] = []
         for number, name in enumerate(VIEWS, 1):
             look = "here" if name == view else ""
@@ -172,8 +171,8 @@ class Status(Lines):
                 found = snapshot["tally"]["findings"]
                 marks = ((f" {mark}{found[severity]}", severity) for severity, mark in MARKS.items() if found[severity])
                 pieces += marks
-            if name == "problems" and stand:
-                pieces.append((f" ✖{stand}", "error"))
+            if name == "problems" and open_count:
+                pieces.append((f" ✖{open_count}", "error"))
             pieces.append((" ", ""))
         for condition in conditions:
             pieces.append((f" {condition} ", "halted"))
@@ -191,12 +190,12 @@ def _width(item: Cell) -> int:
 
 
 class Below(Lines):
-    """Lines that are there only when something is to be said: the row of the cursor as a whole, or a notice."""
+    """Lines that are hidden while empty: the row of the cursor in full, or a notice."""
 
     DEFAULT_CSS = "Below { height: 1; width: 1fr; display: none; }"
 
     def tell(self, text: str, most: int, look: str = "") -> None:
-        """Say this in at most so many lines; nothing: the lines are given back."""
+        """Shows a text in at most `most` lines, or hides the lines if it is empty."""
         if not text:
             self.display = False
             self.say([])
@@ -209,6 +208,6 @@ class Below(Lines):
         self.say([cell(one, look) for one in lines])
 
     def tell_cell(self, said: Cell) -> None:
-        """Say this in one line; what has no room is cut off."""
+        """Shows a cell in one line, cut to the width."""
         self.display = bool(said)
         self.say([said])

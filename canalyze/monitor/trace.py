@@ -1,7 +1,7 @@
-"""The room of annotated frames: it follows the newest one, or stands where the user scrolled back to.
+"""The view of annotated frames: it follows the newest frame, or stays where the user has scrolled to.
 
-It holds no more lines than there is room for and asks the core for others (`Session.trace`), with the filter. Must not:
-read a line's meaning; what is searched for is only marked.
+It holds only the visible lines and queries others from the core (`Session.trace`), with the filter. Must not:
+interpret a line; matches of the search are only highlighted.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,38 +11,38 @@ from canalyze.monitor.grid import NOTHING, Cell, Column, Grid, Row, cell, texts
 from canalyze.words import Words
 
 Line = tuple[int, str, int | None, str, str, str, str]
-"""Number of the frame, severity, stamp in ns, bus, CAN-ID, data, what it means."""
+"""Number of the frame, severity, stamp in ns, bus, CAN-ID, data, meaning."""
 Ask = Callable[[str, str, int | None, int, bool], Sequence[Line]]
-"""Filter, text to be found, frame, most lines, whether the lines end there: `Session.trace`."""
+"""`Session.trace`: filter, search text, frame, maximum number of lines, true if the lines end there."""
 
 _LOOKS: Final = ("error", "warning")
 _FINE: Final = 110
-"""Columns from which stamps have all their digits and the bytes of the data stand apart."""
+"""Minimum columns for full stamps and blanks between the bytes of the data."""
 
 
 class Trace(Grid):
-    """Annotated frames, some of those that the core keeps."""
+    """The view of some of the frames that the core keeps."""
 
     def __init__(self, ask: Ask, words: Words) -> None:
-        """Ask for lines by `ask`."""
+        """Creates the view; `ask` queries lines."""
         super().__init__("trace")
         self._ask = ask
         self._words = words
         self.filter = ""
-        """The expression that lines fit; the user's own."""
+        """The filter expression of the user."""
         self.search = ""
-        """The text that is looked for."""
+        """The text to search."""
         self.follows = True
-        """Whether the newest line is seen."""
+        """True if the newest line is visible."""
         self.limit: int | None = None
-        """The newest frame that is shown; None: the newest that there is."""
+        """The newest frame to show; None: the newest available."""
         self.start_ns: int | None = None
         self.buses = False
-        """Whether the bus has a column."""
+        """True if the bus has a column."""
         self._lines: list[Line] = []
 
     def update(self) -> None:
-        """Show the newest lines, unless the user stands elsewhere."""
+        """Shows the newest lines, unless the user has scrolled back."""
         if self.body <= 0:
             return
         self.empty = self._words.of("monitor_empty", "trace" if self.filter else "objects")
@@ -53,7 +53,7 @@ class Trace(Grid):
         self.lay()
 
     def _fill(self) -> None:
-        """Ask for what there is room for behind the last line, then before the first one."""
+        """Queries missing lines after the last line, then before the first one."""
         missing = self.body - len(self._lines)
         if missing > 0 and self._lines:
             self._lines += self._newer(missing)
@@ -79,7 +79,7 @@ class Trace(Grid):
         return found[:-known] if found and found[-1][0] == first else found
 
     def lay(self) -> None:
-        """Lay the lines out."""
+        """Lays out the lines."""
         fine = self.size.width >= _FINE
         words = self._words
         heading = words("monitor.trace") if self.follows else words("monitor.trace_back")
@@ -100,7 +100,7 @@ class Trace(Grid):
         self.show(columns, rows)
 
     def conditions(self) -> list[str]:
-        """Say what lines are chosen by, and what is looked for."""
+        """Returns the filter and the search in words."""
         words = self._words
         found = [words("monitor.filtered", text=self.filter)] if self.filter else []
         return [*found, words("monitor.searched", text=self.search)] if self.search else found
@@ -122,7 +122,7 @@ class Trace(Grid):
         return Row((number, place), tuple(cells), whole, about=("frame", cob, data, text))
 
     def _found(self, text: str, look: str) -> Cell:
-        """Mark what is searched for."""
+        """Returns a cell with the matches of the search highlighted."""
         if not text:
             return NOTHING
         wanted, lower = self.search.lower(), text.lower()
@@ -140,13 +140,13 @@ class Trace(Grid):
         return tuple(pieces)
 
     def follow(self) -> None:
-        """See the newest line again."""
+        """Shows the newest line again."""
         self.follows, self.cursor = True, None
         self.update()
         self.post_message(self.Moved())
 
     def choose(self, expression: str) -> None:
-        """Show what fits the expression; ValueError, in words, where it cannot be read."""
+        """Sets the filter. Raises ValueError, in words, for an invalid expression."""
         self._ask(expression, "", None, 1, True)
         at = self.current
         self.filter = expression
@@ -156,7 +156,7 @@ class Trace(Grid):
             self.go(at.key[0])
 
     def go(self, frame: int) -> bool:
-        """Put the cursor on a frame, or on the next one that is shown; tell whether it was that one."""
+        """Sets the cursor on a frame, or on the next visible one; returns true if it was that frame."""
         self.follows = False
         before = max(0, self.body // 2 - 1)
         behind = [*self._ask(self.filter, "", frame, max(1, self.body - before), False)]
@@ -174,7 +174,7 @@ class Trace(Grid):
         return here == frame
 
     def find(self, *, back: bool) -> bool:
-        """Go to the next line with the text that is looked for, or the one before; False: there is none."""
+        """Goes to the next or the previous match of the search; returns false if there is none."""
         if not self.search:
             return False
         at = self.current
@@ -192,7 +192,7 @@ class Trace(Grid):
         return True
 
     def move(self, rows: int) -> None:
-        """Move the cursor; at an edge the lines move."""
+        """Moves the cursor, scrolling at the edges."""
         if not self.rows:
             return
         self._stand()
@@ -212,13 +212,13 @@ class Trace(Grid):
             self.put(max(0, min(wanted, len(self.rows) - 1)))
 
     def _stand(self) -> None:
-        """Stop following."""
+        """Stops following."""
         if self.follows:
             self.follows = False
             self.lay()
 
     def _scroll(self, rows: int) -> int:
-        """Move the lines: back where negative; give by how many."""
+        """Scrolls the lines, back if negative; returns the number of new lines."""
         if not self._lines:
             return 0
         if rows < 0:
@@ -236,13 +236,13 @@ class Trace(Grid):
         return len(more)
 
     def roll(self, rows: int) -> None:
-        """Move the lines; at the newest one they follow again."""
+        """Scrolls the lines; at the newest one they follow again."""
         self._stand()
         if not self._scroll(rows) and rows > 0 and self.limit is None:
             self.follow()
 
     def edge(self, *, last: bool) -> None:
-        """Go to the oldest line that is kept, or follow the newest."""
+        """Goes to the oldest available line, or follows the newest."""
         if last:
             self.follow()
             return
@@ -254,11 +254,11 @@ class Trace(Grid):
         self.post_message(self.Moved())
 
     def leave(self) -> None:
-        """Take the cursor away and follow."""
+        """Removes the cursor and follows."""
         self.follow()
 
 
 def _closer(data: str) -> str:
-    """Put bytes together that stand apart; words stay as they are."""
+    """Joins separate bytes; words stay as they are."""
     parts = data.split(" ")
     return "".join(parts) if all(len(part) == 2 for part in parts) else data

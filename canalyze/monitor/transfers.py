@@ -1,9 +1,8 @@
-"""The room of SDO transfers: those that run, with how far they are, above those that ended, the last one first."""
+"""The view of SDO transfers: running ones with their progress, then ended ones, newest first."""
 
 from typing import Any, Final
 
-from canalyze.monitor.figures import bar, period, seconds, size
-from canalyze.monitor.grid import Cell, Column, Row, cell, leads, texts
+from canalyze.monitor.grid import Cell, Column, Row, bar, cell, leads, period, seconds, size, texts
 from canalyze.words import Words
 
 _BAR: Final = 10
@@ -11,7 +10,7 @@ _LOOKS: Final = {"ok": "good", "aborted": "error", "failed": "error", "incomplet
 
 
 def columns(words: Words, *, buses: bool) -> list[Column]:
-    """Give the columns; that of the bus only where there are several."""
+    """Returns the columns; that of the bus only with several buses."""
     given = [
         Column(words("col.time"), most=10, right=True, leaves=3),
         Column(words("col.node"), right=True),
@@ -27,7 +26,7 @@ def columns(words: Words, *, buses: bool) -> list[Column]:
 
 
 def rows(snapshot: dict[str, Any], words: Words, *, buses: bool) -> list[Row]:
-    """Give those that run, then those that ended, the last one first."""
+    """Returns the running transfers, then the ended ones, newest first."""
     start = snapshot["start_ns"]
     found = snapshot["transfers"]
     running = [_running(one, snapshot, words, buses=buses) for one in found["running"]]

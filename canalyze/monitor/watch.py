@@ -1,7 +1,7 @@
-"""The thread that reads: the one reading loop over a live source or a replay, into the session that the screen shows.
+"""The thread that reads: the reading loop over a live source or a replay, into the session of the screen.
 
-The screen asks for what is known by now; neither waits for the other. What is to be complained of is kept until the
-screen, or standard error after it, takes it. Must not: draw, or know what a frame means.
+The screen queries the current state; neither waits for the other. Complaints are kept until the screen, or standard
+error after it, takes them. Must not: draw, or know the meaning of a frame.
 """
 
 import json
@@ -21,38 +21,38 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 _KEPT: Final = 1000
-"""Complaints that are kept; later ones are counted."""
+"""Maximum number of complaints kept; later ones are counted."""
 _LONGEST: Final = 5.0
-"""Seconds that the end waits for the thread."""
+"""Maximum wait for the thread at the end, in seconds."""
 
 
 class Input(Protocol):
-    """What is read: `sources.live.Live`, or `sources.replay.Replay`; beyond what the loop needs, how it is stopped."""
+    """A source, `sources.live.Live` or `sources.replay.Replay`, that can be stopped."""
 
     def stop(self) -> None:
-        """End soon: read() gives b"" when what came is given."""
+        """Ends soon: `read` returns b"" after the waiting data."""
 
 
 class Playing(Protocol):
-    """A replay: its time can stand still, or run faster."""
+    """A replay that can be paused and change its speed."""
 
     speed: float
-    """Seconds of the capture in a second; 0: as fast as can be."""
+    """Seconds of the capture per second; 0: without limit."""
     paused: bool
 
     def prime(self) -> bool:
-        """Read up to the first frames; tell whether there are any."""
+        """Reads up to the first frames; returns true if there are any."""
 
     def faster(self, faster: bool) -> None:
-        """Double the speed, or halve it."""
+        """Doubles or halves the speed."""
 
     @property
     def fixed_rate(self) -> float | None:
-        """Frames in a second of a capture without stamps; None where stamps tell."""
+        """Frames per second of a capture without stamps; None if it has stamps."""
 
 
 class Watch:
-    """A source being read in a thread of its own."""
+    """A source that is read in a thread of its own."""
 
     def __init__(
         self,
@@ -64,16 +64,16 @@ class Watch:
         replay: bool = False,
         recording: Callable[[], str] | None = None,
     ) -> None:
-        """Read what `open_source` gives, which looks to the loop like a capture; `name` is what it is called.
+        """Creates the thread for the source of `open_source`; `name` is its name in messages.
 
-        open_source: is given this, which takes what a loop over files tells. replay: it can stand still and run
-        faster. recording: how the recording stands, `records` or `unrecorded`; None: there is none.
+        open_source: gets this object, which handles remarks of a loop over files. replay: the source can be paused and
+        change its speed. recording: returns the state of the recording, `records` or `unrecorded`; None without one.
         """
         self.session = session
         self.failure: str | None = None
-        """Why it can be read no further, in words."""
+        """The reason for which reading has ended early, in words."""
         self.crash: BaseException | None = None
-        """What should never come: the screen ends and it is raised."""
+        """An unexpected exception: the screen ends and raises it."""
         self._words = words
         self._name = name
         self._recording = recording
@@ -90,16 +90,16 @@ class Watch:
         self._thread = threading.Thread(target=self._run, name="reading", daemon=True)
 
     def start(self) -> None:
-        """Begin."""
+        """Starts reading."""
         self._thread.start()
 
     def primed(self) -> bool:
-        """Read up to the first frames of a replay; tell whether there are any."""
+        """Reads up to the first frames of a replay; returns true if there are any."""
         assert self.replay is not None
         return self.replay.prime()
 
     def stop(self) -> None:
-        """End, and wait for it; what was received by then is in the session."""
+        """Ends reading and waits for it; everything received by then is in the session."""
         self._wished.set()
         self._source.stop()
         if self._thread.is_alive():
@@ -107,12 +107,12 @@ class Watch:
 
     @property
     def over(self) -> bool:
-        """Whether nothing comes any more."""
+        """True if reading has ended."""
         return self._over.is_set()
 
     @property
     def badge(self) -> str:
-        """How it stands: live, replay, waiting, over, lost."""
+        """The state of the source: live, replay, waiting, over, lost."""
         if self.over:
             return "lost" if self.failure else "over"
         if self.replay is not None:
@@ -121,37 +121,37 @@ class Watch:
 
     @property
     def away(self) -> frozenset[str]:
-        """The buses that are lost and waited for."""
+        """The lost buses that are waited for."""
         return getattr(self._source, "away", frozenset())
 
     @property
     def recording(self) -> str:
-        """How the recording stands: `records`, `unrecorded`; "" where nothing is recorded."""
+        """The state of the recording: `records`, `unrecorded`, or "" without one."""
         return self._recording() if self._recording else ""
 
     def snapshot(self) -> dict[str, Any]:
-        """Give what is known by now."""
+        """Returns the current snapshot."""
         found: dict[str, Any] = json.loads(self.session.snapshot())
         return found
 
     def page(self, bus: str, node: int) -> dict[str, Any]:
-        """Give what is known of a node beyond its row."""
+        """Returns the details of a node."""
         found: dict[str, Any] = json.loads(self.session.page(bus, node))
         return found
 
     def trace(self, filter: str, search: str, frame: int | None, rows: int, back: bool) -> "Sequence[Line]":  # noqa: A002
-        """Give lines that are kept, in the order of frames."""
+        """Returns lines of the trace, in the order of frames."""
         return self.session.trace(filter, search, frame, rows, back)
 
     def complaints(self) -> list[str]:
-        """Give those that came since the last call."""
+        """Returns the complaints since the last call."""
         with self._lock:
             new = self._complaints[self._taken :]
             self._taken = len(self._complaints)
         return new
 
     def all_complaints(self) -> list[str]:
-        """Give all that were kept, for standard error when the screen is gone."""
+        """Returns all complaints, for standard error after the screen is closed."""
         with self._lock:
             more = [self._words("source.more_complaints", name=self._name, count=self._more)] if self._more else []
             return [*self._complaints, *more]
@@ -173,19 +173,19 @@ class Watch:
         self.failure = self.failure or line
         self.complain(f"canalyze: {line}")
 
-    # What the loop tells and asks.
+    # Called by the reading loop.
 
     @property
     def ended(self) -> bool:
-        """Whether the end is wished."""
+        """True if the end was requested."""
         return self._wished.is_set()
 
     def during(self, wait: Callable[[], T]) -> T | None:
-        """Do what waits; it is the source that is told of a wish for the end."""
+        """Calls `wait`, unless the end was requested; a request during the call reaches the source."""
         return None if self._wished.is_set() else wait()
 
     def complain(self, line: str) -> None:
-        """Keep a line."""
+        """Appends a complaint."""
         with self._lock:
             if len(self._complaints) < _KEPT:
                 self._complaints.append(line)
@@ -193,8 +193,8 @@ class Watch:
                 self._more += 1
 
     def failed(self, error: SourceError) -> None:
-        """Take it that there is no more."""
+        """Records the failure of the source."""
         self._fail(error)
 
     def step(self, size: int, frames: int) -> None:
-        """Nothing: the screen asks how far it is."""
+        """Does nothing; the screen queries the progress."""

@@ -1,7 +1,7 @@
-"""Where results and complaints go: standard output, a file, standard error.
+"""Outputs of results and messages: standard output, a file, standard error.
 
-Results are bytes in UTF-8 and are on their way as soon as `write` returns; only a terminal of another encoding gets
-them transcoded. A file is a part beside its name until it is complete (`writing`). Nothing here knows what is written.
+Results are bytes in UTF-8 and are written before `write` returns; only a terminal of another encoding gets them
+transcoded. A file is a part with a temporary name until it is complete (`writing`). Nothing here knows the content.
 """
 
 import errno
@@ -27,12 +27,12 @@ _MARK: Final = re.compile(rb"(##(?:vso)?)\[")
 _COMMAND: Final = re.compile(
     rb"^((?:[\t\v\f\r ]|\xc2[\x85\xa0]|\xe1\x9a\x80|\xe2\x80[\x80-\xaf]|\xe2\x81\x9f|\xe3\x80\x80)*+):(?=:)", re.M
 )
-"""Blanks of any kind are passed over."""
+"""Skips blanks of any kind."""
 _UTF8: Final = frozenset({"utf-8", "utf8", "utf_8"})
 
 
 def printable(text: str) -> str:
-    """Escape what could drive a terminal or break a line: control characters, undecodable bytes of file names."""
+    """Escapes characters that could control a terminal or break a line, and undecodable bytes of file names."""
     return text if text.isprintable() else "".join(c if c.isprintable() else _escaped(c) for c in text)
 
 
@@ -44,7 +44,7 @@ def _escaped(char: str) -> str:
 
 
 def commandless(lines: bytes) -> bytes:
-    """Give lines without what a runner takes for a command: `::` first in a line, `##[` or `##vso[` anywhere."""
+    """Escapes commands of CI runners in lines: `::` at the beginning of a line, `##[` or `##vso[` anywhere."""
     from canalyze._core import may_hold_command
 
     if not may_hold_command(lines):
@@ -53,18 +53,18 @@ def commandless(lines: bytes) -> bytes:
 
 
 def complain(line: str) -> None:
-    """Write one line to standard error."""
+    """Writes one line to standard error."""
     _put(commandless(printable(line).encode("utf-8", "backslashreplace")).decode() + "\n")
 
 
 def hint(line: str) -> None:
-    """Write one line to standard error for who sits there: only on a terminal."""
+    """Writes one line to standard error if it is a terminal."""
     if sys.stderr is not None and sys.stderr.isatty():
         complain(line)
 
 
 def _put(text: str) -> None:
-    """Write to standard error, in UTF-8 unless it is a terminal of another encoding; that nobody reads is no error."""
+    """Writes to standard error, in UTF-8 unless it is a terminal of another encoding; errors are ignored."""
     try:
         if sys.stderr.isatty():
             sys.stderr.write(text)
@@ -76,7 +76,7 @@ def _put(text: str) -> None:
 
 
 def terminal_encoding() -> str | None:
-    """Give the encoding of the terminal behind standard output; None where there is no terminal."""
+    """Returns the encoding of the terminal at standard output; None if it is no terminal."""
     try:
         if sys.stdout is None or not os.isatty(_STDOUT):
             return None
@@ -90,7 +90,7 @@ def terminal_encoding() -> str | None:
 
 
 def shows_chinese() -> bool:
-    """Tell whether standard output can show Chinese: a pipe or a file can, a terminal if its encoding and font do."""
+    """Returns true if standard output can show Chinese, as pipes, files, and suitable terminals can."""
     encoding = terminal_encoding()
     if encoding is None:
         return True
@@ -112,37 +112,37 @@ def _is_pipe() -> bool:
 
 
 class Output:
-    """Standard output, or the base of what is written instead; a context manager."""
+    """Standard output, or the base of other outputs; a context manager."""
 
     name: str | None = None
-    """As the user has named the file; None for standard output."""
+    """The name of the file as given by the user; None for standard output."""
     is_terminal: bool
-    """People read it as it comes."""
+    """True if a person reads it as it comes."""
     is_quiet: bool
-    """Nothing of it reaches a terminal: progress may be shown meanwhile."""
+    """True if nothing of it reaches a terminal, so that progress may be shown."""
     coloured = False
-    """What stands out may do so by colour (see `open_output`)."""
+    """True if colours may be used (see `open_output`)."""
     columns: int | None = None
-    """Lines for people that are wider than this are broken, with a hanging indent (see `open_output`)."""
+    """Maximum width of lines for people; longer ones are broken with a hanging indent (see `open_output`)."""
     pager: "ClassVar[Pager | None]" = None
-    """What has to be begun before something is written to a terminal."""
+    """The pager to start before something is written to a terminal."""
 
     def __init__(self) -> None:
-        """Look at what standard output is."""
+        """Inspects standard output."""
         encoding = terminal_encoding()
         self.is_terminal = encoding is not None
         self.is_quiet = not self.is_terminal and not _is_pipe()
         self._encoding = None if encoding is None or encoding.lower() in _UTF8 else encoding
 
     def __enter__(self) -> Self:
-        """Nothing to open."""
+        """Returns the output."""
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Nothing to close."""
+        """Does nothing."""
 
     def write(self, data: bytes) -> None:
-        """Write complete lines and let them go at once."""
+        """Writes complete lines without buffering."""
         if data and self.is_terminal and Output.pager is not None:
             Output.pager.begin()
         if self._encoding is not None:
@@ -155,30 +155,30 @@ class Output:
             raise OutputError("output.stdout", error=error) from error
 
     def shown(self, lines: bytes) -> None:
-        """Write complete lines for people."""
+        """Writes complete lines for people."""
         if self.columns is not None:
-            from canalyze.output.hanging import hanging
+            from canalyze.output.layout import hanging
 
             lines = hanging(lines, self.columns)
         self.write(commandless(lines))
 
     def text(self, text: str) -> None:
-        """Write text for people."""
+        """Writes text for people."""
         self.shown(text.encode("utf-8", "backslashreplace"))
 
     def drop(self) -> None:
-        """There was nothing to write: leave no file."""
+        """Discards the file, because there is nothing to write."""
 
     def leave(self) -> str | None:
-        """Take what was written for a part only, which keeps the name of one; give that name, None if there is none."""
+        """Keeps the written data as a part of a file; returns the part's name, or None if there is none."""
         return None
 
 
 class FileOutput(Output):
-    """A file, complete when its block ends without an error; one that exists is kept, unless forced."""
+    """A file, complete when its block ends without an error; an existing one is replaced only with `force`."""
 
     def __init__(self, name: str, *, force: bool) -> None:
-        """Make the part of the file; OutputError if `name` exists or cannot be written."""
+        """Creates the part of the file. Raises OutputError if `name` exists or cannot be written."""
         from pathlib import Path
 
         self.name: str = name
@@ -187,7 +187,7 @@ class FileOutput(Output):
         self._encoding = None
         self._wanted = self._complete = True
         self._part: Part | None = None
-        # A link that the user names stands for what it points to; one that points to nothing is somebody's, too.
+        # A link given by the user is followed; a dangling one exists, too.
         path = Path(os.path.realpath(name))
         try:
             if _is_device(path):
@@ -202,11 +202,11 @@ class FileOutput(Output):
 
     @property
     def path(self) -> str:
-        """Where it is being written, for another program's writer that opens by name."""
+        """The path of the part, for a writer that opens by name."""
         return str(self._path)
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
-        """Give the file its name when the work came to its end; what a signal has ended keeps the name of a part."""
+        """Renames the part to the file, or removes it after an error; after a signal it is kept as a part."""
         try:
             os.close(self._fd)
             if self._part is not None:
@@ -229,14 +229,14 @@ class FileOutput(Output):
                 raise
 
     def _shown(self, part: Part) -> str:
-        """Give the name of the part as the user would write it."""
+        """Returns the name of the part, relative like that of the user."""
         from pathlib import Path
 
         beside = Path(self.name).with_name(part.path.name)
         return str(beside if beside.exists() else part.path)
 
     def write(self, data: bytes) -> None:
-        """Write to the part."""
+        """Writes to the part."""
         try:
             write_all(self._fd, data)
         except BrokenPipeError as error:
@@ -245,11 +245,11 @@ class FileOutput(Output):
             raise OutputError("output.write", name=self.name, error=error) from error
 
     def drop(self) -> None:
-        """There was nothing to write: leave no file."""
+        """Discards the file, because there is nothing to write."""
         self._wanted = False
 
     def leave(self) -> str | None:
-        """Take what was written for a part only."""
+        """Keeps the written data as a part."""
         if self._part is None:
             return None
         self._complete = False
@@ -257,7 +257,7 @@ class FileOutput(Output):
 
 
 def dyed(text: str, colour: str, *, out: Output) -> str:
-    """Give a text in a colour of the core's table, where the output has colours."""
+    """Returns a text in a colour of the core's table, if the output has colours."""
     if not out.coloured:
         return text
     from canalyze._core import COLOURS, PLAIN
@@ -266,7 +266,7 @@ def dyed(text: str, colour: str, *, out: Output) -> str:
 
 
 def _is_device(path: "Path") -> bool:
-    """Tell whether a file is something that renaming would replace, such as /dev/null or a FIFO."""
+    """Returns true for a file that renaming would replace, such as /dev/null or a FIFO."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
@@ -277,9 +277,9 @@ def _is_device(path: "Path") -> bool:
 
 
 def open_output(name: str | None, *, force: bool = False, color: str = "auto", hangs: bool = False) -> Output:
-    """Return standard output, or the file of that name ('-' is standard output).
+    """Returns standard output, or the file of that name ('-' is standard output).
 
-    color: what --color says. hangs: on a terminal, lines for people have a hanging indent.
+    color: the value of --color. hangs: on a terminal, lines for people get a hanging indent.
     """
     out = Output() if name is None or name == "-" else FileOutput(name, force=force)
     out.coloured = color == "always" or (color == "auto" and _coloured(out))
@@ -291,7 +291,7 @@ def open_output(name: str | None, *, force: bool = False, color: str = "auto", h
 
 
 def _coloured(out: Output) -> bool:
-    """Tell by the environment whether colours are wanted: NO_COLOR goes first, then FORCE_COLOR, then the terminal."""
+    """Returns true if colours are wanted, by NO_COLOR, then FORCE_COLOR, then the terminal."""
     found = os.environ.get
     if found("NO_COLOR"):
         return False
@@ -301,10 +301,10 @@ def _coloured(out: Output) -> bool:
 
 
 def told(code: int, out: Output, words: Words, *, stream: bool, some: bool = True) -> int:
-    """Say what is in an output where a signal has ended the reading; give the exit code as it is.
+    """Reports an output whose input was ended by a signal; returns the exit code unchanged.
 
-    A file of which the input was not read to its end stays a part. stream: the input has no other end than a signal:
-    what was read is all of it. some: anything was read.
+    A file whose input was not read to its end stays a part. stream: only a signal ends the input, so the output is
+    complete. some: anything was read.
     """
     if code < 128 or (stream and out.name is None):
         return code
@@ -319,7 +319,7 @@ def told(code: int, out: Output, words: Words, *, stream: bool, some: bool = Tru
 
 
 def _in_columns(text: str, columns: int) -> str:
-    """Cut a text that a terminal would break: the rest of a broken line could not be taken away again."""
+    """Cuts a text to the width of a terminal, because the rest of a broken line could not be erased."""
     from canalyze.output.layout import width
 
     while text and width(text) > columns:
@@ -328,18 +328,18 @@ def _in_columns(text: str, columns: int) -> str:
 
 
 class Progress:
-    """A line on standard error that says how far the work is: only on a terminal, and only after a second."""
+    """A progress line on standard error: only on a terminal, and only after a second."""
 
     def __init__(self, words: Words, output: Output, total: int | None, *, until_output: bool = False) -> None:
-        """`total` is the size of all inputs in bytes, None if unknown.
+        """Prepares the line; `total` is the size of all inputs in bytes, None if unknown.
 
-        until_output: nothing is written to `output` before the work is done, so the line may stand on its terminal.
+        until_output: nothing is written to `output` before the work is done, so the line may use its terminal.
         """
         self._words = words
         self._total = total
         self._done = 0
         self._shown = False
-        # Behind a pipe may be a pager or a filter on the same terminal: the line would stand in their way.
+        # A pager or a filter behind a pipe may use the same terminal, and the line would disturb it.
         room = output.is_quiet or (until_output and output.is_terminal)
         self._wanted = room and sys.stderr is not None and sys.stderr.isatty()
         if self._wanted:
@@ -349,14 +349,14 @@ class Progress:
             self._next = self._clock() + 1.0
 
     def step(self, size: int, frames: int) -> None:
-        """Count `size` bytes more; show it ten times a second at most."""
+        """Adds `size` bytes; updates the line at most ten times per second."""
         self._done += size
         key = "progress.some" if self._total is None else "progress.of"
         total = (self._total or 0) / 1e6
         self.show(lambda: self._words(key, done=f"{self._done / 1e6:.1f}", total=f"{total:.1f}", frames=frames))
 
     def show(self, line: Callable[[], str]) -> None:
-        """Show another line; it is asked for ten times a second at most."""
+        """Shows another line; it is called at most ten times per second."""
         if not self._wanted:
             return
         now = self._clock()
@@ -374,13 +374,13 @@ class Progress:
             return 80
 
     def clear(self) -> None:
-        """Take the line away, before another is written."""
+        """Erases the line, before another is written."""
         if self._shown:
             _put("\r\x1b[K")
             self._shown = False
 
 
 def hexadecimal(value: object, text: str | None) -> str | None:
-    """Give a number as 0x..., with the digits of its type, where its text begins so in every language; else None."""
+    """Returns a number as 0x... with the digits of its type, if its text is hexadecimal in all languages; else None."""
     found = re.match("([0-9A-F]{2,16})h", text or "")
     return f"0x{found[1]}" if found and isinstance(value, int) and int(found[1], 16) == value else None

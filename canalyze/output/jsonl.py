@@ -1,7 +1,7 @@
-"""JSON as it is written: any reader gets the same values, and nobody who looks at it is misled.
+"""JSON output that cannot mislead a person: control and invisible characters are escaped.
 
-What could drive a terminal, reorder or hide text, break a line, or be a command to the runner of GitHub is written as
-its number in hexadecimal, as the core does it. Must not: know a key.
+Characters that could control a terminal, reorder or hide text, or break a line, and commands of CI runners are
+written as hexadecimal escapes, as the core writes them. Must not: know a key.
 """
 
 import json
@@ -9,11 +9,11 @@ import re
 from typing import Any, Final
 
 _COMMAND: Final = re.compile(r"(##(?:vso)?)\[")
-"""What a runner of GitHub or Azure takes for a command."""
+"""Commands of the runners of GitHub and Azure."""
 
 
 def text(value: Any, *, compact: bool = False, indent: int | None = None) -> str:
-    """Give the JSON of a value."""
+    """Returns the JSON of a value."""
     separators = (",", ":") if compact else None
     written = json.dumps(value, ensure_ascii=False, separators=separators, indent=indent)
     written = _COMMAND.sub(r"\1\\u005b", written)
@@ -23,7 +23,7 @@ def text(value: Any, *, compact: bool = False, indent: int | None = None) -> str
 
 
 def line(value: Any, *, compact: bool = False) -> bytes:
-    """Give one line of JSON, with its end."""
+    """Returns one line of JSON, with its line end."""
     return text(value, compact=compact).encode() + b"\n"
 
 

@@ -1,7 +1,7 @@
 """A pager between standard output and the terminal, as git has one.
 
-It is begun by the first thing that is written, so that a command that writes nothing has none. Until its end it also
-gets what goes to standard error where that is the terminal. Must not: know what is written.
+It is started by the first output, so that a command without output has none. Until its end it also gets standard
+error if that is the terminal. Must not: know the content.
 """
 
 import os
@@ -20,11 +20,11 @@ _STDOUT: Final = 1
 _STDERR: Final = 2
 _USUAL: Final = "less -FRX"
 _OPTIONS: Final = "FRX"
-"""For a `less` that the user has chosen without options of it: it ends if all fits the screen, and keeps colours."""
+"""Options for a `less` that the user has chosen without options: it ends if all fits the screen, and keeps colours."""
 
 
 def program() -> list[str]:
-    """Return the command line of the pager that the environment asks for; empty for none."""
+    """Returns the command line of the pager that the environment selects; empty for none."""
     import shlex
     import shutil
 
@@ -40,22 +40,22 @@ def program() -> list[str]:
 
 
 class Pager:
-    """The pager of this process; a context manager, at whose end it is waited for."""
+    """The pager of this process; a context manager that waits for it at the end."""
 
     def __init__(self, unusable: Callable[[str, OSError], None]) -> None:
-        """Nothing is begun yet. unusable: is called if the pager cannot be begun."""
+        """Prepares the pager. unusable: called if it cannot be started."""
         self._unusable = unusable
         self._process: subprocess.Popen[bytes] | None = None
         self._kept: dict[int, int] = {}
         self._columns: str | None = None
 
     def __enter__(self) -> Self:
-        """Let standard output begin it."""
+        """Lets standard output start the pager."""
         Output.pager = self
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Return the terminal back, and wait until the user has seen enough."""
+        """Restores the terminal, and waits until the user closes the pager."""
         Output.pager = None
         if self._process is None:
             return
@@ -75,7 +75,7 @@ class Pager:
             signal.signal(signal.SIGINT, before)
 
     def begin(self) -> None:
-        """Put the pager before the terminal, unless it is there or cannot be."""
+        """Starts the pager, if one is configured and the terminal can show it."""
         import shutil
         import subprocess
 
@@ -99,6 +99,6 @@ class Pager:
                 self._kept[stream] = os.dup(stream)
                 os.dup2(pipe.fileno(), stream, inheritable=False)
         pipe.close()
-        # What is laid out for the terminal's width still is, although standard output is a pipe now.
+        # Layouts still use the terminal's width, although standard output is a pipe now.
         self._columns = os.environ.get("COLUMNS")
         os.environ["COLUMNS"] = wide

@@ -1,9 +1,9 @@
-"""How files come to be: each is written as a part beside its name, which it gets when it is complete.
+"""Atomic writing of files: each is written as a part with a temporary name, and renamed when it is complete.
 
-A part is made anew, in the folder of its file, under a random name that ends in `.part`: a link that somebody has laid
-there is not followed, and two runs at once never write into one file. What is written live stands under its name from
-the beginning instead (`in_place`), so that a killed process leaves what it has seen. Must not: know what is written, or
-word an error; what cannot be is an OSError.
+A part is created in the folder of its file, under a random name that ends in `.part`: an existing link is not
+followed, and two runs never write to the same file. Live recordings are written under their final name instead
+(`in_place`), so that a killed process leaves its data. Must not: know the content, or word an error; failures are
+OSErrors.
 """
 
 import os
@@ -16,35 +16,35 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 AS_IT_IS: Final = getattr(os, "O_BINARY", 0)
-"""Where the system would else translate line ends."""
+"""The flag against translation of line ends, where the system has it."""
 _NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0)
 _TRIES: Final = 100
-"""Random names that are tried: one is taken once in four thousand million."""
+"""Maximum number of random names; one collides once in four thousand million."""
 _LONGEST: Final = 200
-"""Bytes of a file's name that its part has: names end at 255."""
+"""Maximum bytes of a file's name in that of its part; names end at 255."""
 
 
 class Part:
-    """A file on its way."""
+    """A file that is being written."""
 
     def __init__(self, final: "Path", *, replace: bool) -> None:
-        """Make the part of `final`. replace: a file of that name gives way, and leaves its mode and its owner."""
+        """Creates the part of `final`. replace: an existing file is replaced, keeping its mode and owner."""
         self.final = final
         self.replace = replace
         before = self._before(final)
-        # What nobody else may read may not be read meanwhile either.
+        # The part is as private as the file that it replaces.
         mode = 0o666 if before is None else stat.S_IMODE(before.st_mode) & 0o777 | stat.S_IWUSR
         self.path, self.fd = _made(final, mode)
 
     def _before(self, final: "Path") -> os.stat_result | None:
-        """Give what is known of the file that gives way; None where there is none."""
+        """Returns the status of the file that is replaced, or None."""
         with suppress(FileNotFoundError):
             before = final.lstat() if self.replace else None
             return before if before and stat.S_ISREG(before.st_mode) else None
         return None
 
     def append(self, data: bytes) -> None:
-        """Write behind what is there, once `fd` is closed."""
+        """Appends data after `fd` was closed."""
         fd = os.open(self.path, os.O_WRONLY | os.O_APPEND | _NO_LINK | AS_IT_IS)
         try:
             write_all(fd, data)
@@ -53,13 +53,13 @@ class Part:
 
     @property
     def empty(self) -> bool:
-        """Whether nothing was written."""
+        """True if nothing was written."""
         with suppress(OSError):
             return self.path.lstat().st_size == 0
         return True
 
     def complete(self, final: "Path | None" = None) -> None:
-        """Give it its name, or another one; FileExistsError where a file has that, and is not to be replaced."""
+        """Renames the part to its file or to `final`. Raises FileExistsError if that exists, unless it is replaced."""
         final = final or self.final
         if before := self._before(final):
             if sys.platform != "win32":
@@ -81,12 +81,12 @@ class Part:
             self.path.unlink()
 
     def discard(self) -> None:
-        """Take it away."""
+        """Removes the part."""
         self.path.unlink(missing_ok=True)
 
 
 def _made(final: "Path", mode: int) -> "tuple[Path, int]":
-    """Make a file that nobody has, beside another; give its name and its descriptor."""
+    """Creates a new file beside another; returns its path and descriptor."""
     begin = os.fsdecode(os.fsencode(final.name)[:_LONGEST])
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINK | AS_IT_IS
     for left in reversed(range(_TRIES)):
@@ -100,7 +100,7 @@ def _made(final: "Path", mode: int) -> "tuple[Path, int]":
 
 
 def write_all(fd: int, data: bytes) -> None:
-    """Write everything, also to a pipe that another program made non-blocking."""
+    """Writes everything, also to a pipe that another program made non-blocking."""
     view = memoryview(data)
     while view:
         try:
@@ -112,10 +112,10 @@ def write_all(fd: int, data: bytes) -> None:
 
 
 def in_place(name: str, *, force: bool, typed: bool) -> int:
-    """Open a file that is written where it stands; give its descriptor. FileExistsError where it may not be replaced.
+    """Opens a file that is written under its final name; returns its descriptor.
 
-    force: one that exists is opened, and keeps what it holds until it is cut. typed: the name is the user's own, and
-    a link stands for what it points to; one that we have made up is none.
+    Raises FileExistsError if it may not be replaced. force: an existing file is opened, and keeps its content until it
+    is truncated. typed: the name was given by the user, and links are followed; otherwise they are not.
     """
     flags = os.O_WRONLY | os.O_CREAT | AS_IT_IS | (0 if force else os.O_EXCL) | (0 if typed else _NO_LINK)
     return os.open(name, flags, 0o666)

@@ -1,7 +1,7 @@
 """The pages for users, as data: `LANG/TOPIC.md`, for the web and for `canalyze help TOPIC`.
 
-Lists the topics in the order in which they are shown, with the commands that each is about. The page of columns is
-made from the core's schema (`columns.py`); its file is a copy for the web. Must not: hold a sentence of its own, or lay
+This module lists the topics in their order, and the commands of each. The page of columns is made from the core's
+schema (`columns.py`); its file is a copy for the web. Must not: hold a sentence of its own, or lay
 anything out.
 """
 
@@ -36,13 +36,13 @@ TOPICS: Final[Mapping[str, tuple[str, ...]]] = {
     "problems": (),
     "glossary": (),
 }
-"""The topics, and the commands whose names lead to each."""
+"""The topics, and the commands that lead to each."""
 README: Final = "README"
-"""The page that leads to the topics; it is no topic, and is shown all the same."""
+"""The page that leads to the topics; it is no topic, but is shown as well."""
 
 
 def page(topic: str, lang: str) -> str:
-    """Give the markdown of a topic, one of TOPICS, or of README: the English one is that of the distribution."""
+    """Returns the markdown of a topic, one of TOPICS, or of README; the English README is that of the distribution."""
     if topic == README and lang == "en":
         if (beside := FOLDER.parents[1] / f"{README}.md").exists():
             return beside.read_text(encoding="utf-8")
@@ -57,12 +57,12 @@ def page(topic: str, lang: str) -> str:
 
 
 def title(topic: str, lang: str) -> str:
-    """Give its title, the first line."""
+    """Returns the title of a page, its first line."""
     return page(topic, lang).partition("\n")[0].removeprefix("# ")
 
 
 def topic_of(name: str) -> str | None:
-    """Give the topic that is meant by its name or by that of a command; None where it is neither."""
+    """Returns the topic of a name or a command; None for other names."""
     name = name.lower().removesuffix(".md")
     if name == README.lower():
         return README

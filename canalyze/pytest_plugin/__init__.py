@@ -1,7 +1,7 @@
-"""The pytest plugin: captures in tests, what failed in annotated lines, snapshots beside the test.
+"""The pytest plugin: captures in tests, and annotated lines where an assertion fails.
 
 `-p no:canalyze` turns it off. Until a fixture is used it imports nothing but pytest: every pytest run of an environment
-loads it. Must not: make a test pass or fail by itself, but for a snapshot that differs.
+loads it. Must not: make a test pass or fail by itself.
 """
 
 import sys
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     from canalyze.library import Options, StrPath
     from canalyze.library.capture import Capture
-    from canalyze.pytest_plugin.snapshots import Snapshots
     from canalyze.words import Words
 
 
@@ -24,32 +23,21 @@ class Opener(Protocol):
     """The fixture `canalyze_open`."""
 
     def __call__(self, path: "StrPath | Sequence[StrPath]", **options: "Unpack[Options]") -> "Capture":
-        """Open a capture as `canalyze.open` does, relative names from the folder of the test's file."""
-
-
-class Snapshot(Protocol):
-    """The fixture `canalyze_snapshot`."""
-
-    def __call__(self, capture: "Capture", name: str | None = None) -> None:
-        """Compare what the capture shows with the file kept beside the test; `name` for a second one in a test."""
+        """Opens a capture as `canalyze.open` does, with names relative to the folder of the test's file."""
 
 
 CAPTURES: "Final[pytest.StashKey[list[Capture]]]" = pytest.StashKey()
-SNAPSHOTS: "Final[pytest.StashKey[Snapshots]]" = pytest.StashKey()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add --canalyze-update and the setting canalyze_lang."""
+    """Adds the setting canalyze_lang."""
     from canalyze.words import Words
 
-    words = Words("en")
-    group = parser.getgroup("canalyze")
-    group.addoption("--canalyze-update", action="store_true", help=words("test.update"))
-    parser.addini("canalyze_lang", words("test.lang"), default="en")
+    parser.addini("canalyze_lang", Words("en")("test.lang"), default="en")
 
 
 def language(config: pytest.Config) -> "Words":
-    """Give the words of the language that the configuration names."""
+    """Returns the words in the language of the configuration."""
     from canalyze.words import LANGUAGES, Words
 
     lang = str(config.getini("canalyze_lang"))
@@ -59,17 +47,13 @@ def language(config: pytest.Config) -> "Words":
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Take part in the run, with what is known of its snapshots."""
-    from canalyze.pytest_plugin.snapshots import Snapshots
-
+    """Checks the setting canalyze_lang."""
     language(config)
-    config.stash[SNAPSHOTS] = Snapshots(config)
-    config.pluginmanager.register(config.stash[SNAPSHOTS], "canalyze-snapshots")
 
 
 @pytest.fixture
 def canalyze_open(request: pytest.FixtureRequest) -> Iterator[Opener]:
-    """Open captures as `canalyze.open` does, relative names from the folder of the test's file."""
+    """Opens captures as `canalyze.open` does, with names relative to the folder of the test's file."""
     import canalyze
 
     captures = request.node.stash.setdefault(CAPTURES, [])
@@ -90,25 +74,8 @@ def canalyze_open(request: pytest.FixtureRequest) -> Iterator[Opener]:
         capture.close()
 
 
-@pytest.fixture
-def canalyze_snapshot(request: pytest.FixtureRequest) -> Snapshot:
-    """Compare what a capture shows with `__canalyze__/MODULE.TEST.txt`, which --canalyze-update writes."""
-    snapshots = request.config.stash[SNAPSHOTS]
-    words = language(request.config)
-    node: pytest.Item = request.node
-
-    def compare(capture: "Capture", name: str | None = None) -> None:
-        __tracebackhide__ = True
-        node.stash.setdefault(CAPTURES, []).append(capture)
-        problem = snapshots.compare(node, capture.snapshot(), name, words)
-        if problem:
-            pytest.fail(problem, pytrace=False)
-
-    return compare
-
-
 def pytest_assertrepr_compare(config: pytest.Config, op: str, left: object, right: object) -> list[str] | None:
-    """Say where two transfers, findings or lists of them differ."""
+    """Explains the differences of two transfers, findings or lists of them."""
     if "canalyze.library.rows" not in sys.modules:
         return None
     from canalyze.pytest_plugin.assertion import compared
@@ -118,10 +85,9 @@ def pytest_assertrepr_compare(config: pytest.Config, op: str, left: object, righ
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Generator[None, Any, None]:
-    """Add the annotated lines of what a failed assertion was about."""
+    """Adds the annotated lines of the subject of a failed assertion."""
     outcome = yield
     report: pytest.TestReport = outcome.get_result()
-    item.config.stash[SNAPSHOTS].tell(item, report)
     if not report.failed or call.excinfo is None or "canalyze.library.capture" not in sys.modules:
         return
     if call.excinfo.errisinstance(AssertionError):

@@ -15,8 +15,7 @@ from typing import Final, NamedTuple
 from canalyze import _core
 from canalyze.dictionary import read
 from canalyze.errors import SourceError
-from canalyze.sources.compressed import Unpacked
-from canalyze.sources.compression import COMPRESSIONS
+from canalyze.sources.compressed import COMPRESSIONS, Unpacked
 from canalyze.sources.memory import Memory
 
 MOST: Final = 1 << 28

@@ -8,10 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from canalyze.dictionary.concise import concise
-from canalyze.dictionary.dcf import configured
+from canalyze.dictionary.files import concise, configured, skeleton
 from canalyze.dictionary.model import Address
-from canalyze.dictionary.skeleton import skeleton
 from canalyze.errors import OutputError
 from canalyze.words import Words
 

@@ -19,8 +19,17 @@ from canalyze.configuration.network import Known
 from canalyze.configuration.options import ANY_PATH, CaptureOptions, known_of, spelled
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output.writing import in_place
-from canalyze.timeline.fonts import has_chinese
-from canalyze.timeline.viewer import LOCAL, Viewer, address, completed, free_ports, load, need_display, require
+from canalyze.timeline.viewer import (
+    LOCAL,
+    Viewer,
+    address,
+    completed,
+    free_ports,
+    has_chinese,
+    load,
+    need_display,
+    require,
+)
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -29,8 +38,6 @@ if TYPE_CHECKING:
 
 SUFFIX: Final = ".rrd"
 """How the name of a timeline's file ends: Rerun opens no other."""
-LAYOUT: Final = ".rbl"
-"""How the name of a layout alone ends."""
 _EVERY_S: Final = 0.1
 """How often what came is handed on: ten times a second."""
 _STEP_S: Final = 0.1
@@ -68,13 +75,11 @@ def check(
     shown: bool,
     why_not: tuple[str, str],
     drawn: bool = True,
-    suffixes: tuple[str, ...] = (SUFFIX,),
 ) -> None:
     """Make sure that the options fit each other, and that this machine can do it, before anything is opened.
 
     shown: there is to be a viewer; else an option of it is a usage error, in the words `why_not` (key, other option).
     drawn: there is to be a timeline at all.
-    suffixes: how the name of --save may end.
     """
     context = click.get_current_context()
     key, other = why_not
@@ -83,7 +88,7 @@ def check(
             facts = {"one": f"--{name}", "option": f"--{name}", "other": other}
             raise click.UsageError(words(key, **facts), context)
     save = given.get("save")
-    if save is not None and (Path(save).suffix.lower() not in suffixes or save == "-"):
+    if save is not None and (Path(save).suffix.lower() != SUFFIX):
         raise click.UsageError(words("view.suffix", name=save or '""'), context)
     if drawn:
         require()

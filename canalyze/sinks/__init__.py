@@ -1,6 +1,5 @@
-"""Where frames go beside standard output; one file a kind of sink. No sink knows what a frame means.
+"""Outputs of frames in capture formats; one file per kind. No sink knows the meaning of a frame.
 
-target.py      what a file is converted to, by its name, and what writes it
-compressed.py  files that are compressed on their way
-pythoncan.py   the formats that python-can writes
+target.py     the format of an output by its name, and its writer; compressed files
+pythoncan.py  the formats that python-can writes
 """

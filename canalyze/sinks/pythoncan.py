@@ -1,8 +1,9 @@
-"""Capture files that python-can writes (BLF, TRC, MF4, CSV, SQLite), from the core's records: the only file that does.
+"""Writes capture files through python-can (BLF, TRC, MF4, CSV, SQLite) from the core's records.
 
-A file is written beside its name and renamed when complete. What a form cannot hold is counted in `losses`, by names
-of the core's `Loss`. Where the library would lose what the format could hold, it is given what it keeps: stamps
-relative to a date of whole ms, for a double has no ns of a date; FD and remote rows of TRC as text. Must not: decode.
+No other module does. A file is written under a temporary name and renamed when complete. Data that a form cannot hold
+is counted in `losses`, by names of the core's `Loss`. Where the library would lose data that the format could hold,
+it gets values that it keeps: stamps relative to a date of whole ms, because a double cannot hold the ns of a date;
+FD and remote rows of TRC as text. Must not: decode.
 """
 
 import contextlib
@@ -19,6 +20,7 @@ from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output import FileOutput
 from canalyze.sources.library import library
 from canalyze.sources.packed import nanoseconds
+from canalyze.values import DATES_NS
 
 if TYPE_CHECKING:
     from can import Message
@@ -32,20 +34,18 @@ LOSSES: Final[dict[str, tuple[str, ...]]] = {
     "csv": _TABLE,
     "db": _TABLE,
 }
-"""The forms, and what each of them may lose, as found by reading back: names of the core's `Loss`."""
+"""The forms and their possible losses, found by reading back: names of the core's `Loss`."""
 
 _HEAD: Final = struct.Struct("<BBBBBBBxIIq")
 _FRAME, _BUS = 1, 2
 _STAMP, _FD, _BRS, _ESI, _RX, _TX = 1, 2, 4, 8, 16, 32
 _EFF, _RTR, _ERR = 0x8000_0000, 0x4000_0000, 0x2000_0000
-_DATED: Final = 631_152_000 * 10**9
-"""A stamp from 1990 on is a date; what is smaller counts from zero (so does python-can's BLF writer)."""
 _AHEAD: Final = 50_000
-"""Most frames that wait for the database."""
+"""Maximum number of frames that wait for the database."""
 
 
 class Row(NamedTuple):
-    """A frame on its way out."""
+    """A frame to write."""
 
     message: "Message"
     ns: int
@@ -53,22 +53,22 @@ class Row(NamedTuple):
 
 
 def open_sink(name: str, form: str, *, force: bool) -> "Sink":
-    """Give what writes a new file of one of the forms of LOSSES; a context manager.
+    """Returns a writer for a new file of one of the forms of LOSSES; a context manager.
 
-    OutputError if the file exists and is not to be replaced, or cannot be written, or the form needs what is not
-    installed.
+    Raises OutputError if the file exists and is not to be replaced, or cannot be written, or if a package that the form
+    needs is not installed.
     """
     return Sink(name, form, force=force)
 
 
 class Sink:
-    """Takes records of the core, in any chunking, and writes a file; complete when its block ends without an error."""
+    """Writes records of the core, in any chunking, to a file; complete when its block ends without an error."""
 
     def __init__(self, name: str, form: str, *, force: bool) -> None:
-        """Open the file beside `name`."""
+        """Creates the file `name`."""
         self.name = name
         self.losses: Counter[str] = Counter()
-        """What could not be written, and how often."""
+        """Number of losses by kind."""
         self.frames = 0
         self._form = form
         self._rest = b""
@@ -86,7 +86,7 @@ class Sink:
             raise self._failure(error) from error
 
     def write(self, records: bytes) -> None:
-        """Take the next records; OutputError if the file cannot be written."""
+        """Appends records. Raises OutputError if the file cannot be written."""
         data = self._rest + records
         at, end = 0, len(data)
         while at + _HEAD.size <= end:
@@ -108,24 +108,24 @@ class Sink:
         self._rest = data[at:]
 
     def leave(self) -> str | None:
-        """Take what is written for a part only, which keeps the name of one; give that name."""
+        """Keeps the written data as a part of a file; returns its name."""
         return self._file.leave()
 
     def close(self) -> None:
-        """Write what belongs at the end; the block's end then gives the file its name."""
+        """Writes the end of the file; the end of the block then renames it."""
         try:
             self._into.finish(aborted=False)
         except Exception as error:
             raise self._failure(error) from error
 
     def __enter__(self) -> Self:
-        """Give the sink itself."""
+        """Returns the sink."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Rename the file when the work came to its end, else leave nothing behind."""
+        """Renames the complete file, or removes it after an error."""
         if kind is None:
             try:
                 self.close()
@@ -177,7 +177,7 @@ class Sink:
         return Row(message, ns)
 
     def _channel(self, bus: int) -> tuple[int, bool]:
-        """Give a bus its channel, counted from 0, and whether that says its name: can0, can1 and so on."""
+        """Returns the channel of a bus, counted from 0, and true if it implies its name: can0, can1 and so on."""
         name = self._names.get(bus, "")
         taken = {channel for channel, _ in self._channels.values()}
         digits = name[len(name.rstrip("0123456789")) :]
@@ -205,7 +205,7 @@ class _Blf:
 
     def put(self, row: Row) -> None:
         if self._date < 0:
-            self._date = row.ns // 1_000_000 * 1_000_000 if row.ns >= _DATED else 0
+            self._date = row.ns // 1_000_000 * 1_000_000 if row.ns >= DATES_NS else 0
             self._writer.start_timestamp = 0.0
         since = row.ns - self._date
         if since < 0:
@@ -250,7 +250,7 @@ class _Trc:
     def put(self, row: Row) -> None:
         message, writer = row.message, self._writer
         if self._date < 0:
-            self._begin(row.ns // 1_000_000 * 1_000_000 if row.ns >= _DATED else 0)
+            self._begin(row.ns // 1_000_000 * 1_000_000 if row.ns >= DATES_NS else 0)
         if message.is_error_frame:
             self._losses["error_frame"] += 1
             return
@@ -281,7 +281,7 @@ class _Trc:
 
 
 def _code(length: int) -> int:
-    """Give the DLC of a length."""
+    """Returns the DLC of a length."""
     from can.util import len2dlc
 
     return len2dlc(length)
@@ -335,7 +335,7 @@ class _Csv:
 
 
 class _Database:
-    """SQLite; what the library's own thread writes, and drops if it is stopped before it is done."""
+    """SQLite; written by a thread of the library, which drops frames if it is stopped before it is done."""
 
     directed = False
     most_channels = 0
@@ -378,7 +378,7 @@ class _Database:
 
 
 def _in_table(row: Row, losses: Counter[str]) -> None:
-    """Count what a row of seven columns loses; more than eight bytes say that a frame was FD."""
+    """Counts the losses of a row of seven columns; more than eight bytes imply FD."""
     message = row.message
     losses["stamp_digits"] += nanoseconds(message.timestamp) != row.ns
     if message.is_fd:

@@ -1,6 +1,7 @@
-"""Where a capture is converted to: its format by the name or by request, and what writes it.
+"""The target of a conversion: its format by its name or by request, and its writer.
 
-The core gives the bytes of its own formats; python-can's are written from the core's records. Must not: know a frame.
+The core returns the bytes of its own formats; python-can's are written from the core's records. Must not: know a
+frame.
 """
 
 from collections.abc import Mapping
@@ -8,27 +9,50 @@ from pathlib import PurePath
 from types import TracebackType
 from typing import Final, NamedTuple, Self
 
-from canalyze.output import Output, open_output
+from canalyze.output import FileOutput, Output, open_output
 from canalyze.sinks import pythoncan
-from canalyze.sinks.compressed import CompressedOutput
-from canalyze.sources.compression import COMPRESSIONS
+from canalyze.sources.compressed import COMPRESSIONS
+
+
+class CompressedOutput(FileOutput):
+    """A compressed file; complete when its block ends without an error."""
+
+    def __init__(self, name: str, compression: str, *, force: bool) -> None:
+        """Creates the file `name`; `compression` is one of COMPRESSIONS."""
+        self._compressor = COMPRESSIONS[compression].compressor()
+        super().__init__(name, force=force)
+
+    def write(self, data: bytes) -> None:
+        """Compresses and writes."""
+        super().write(self._compressor.compress(data))
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        """Writes the remaining output of the compressor, then ends as every file."""
+        if kind is None:
+            try:
+                super().write(self._compressor.flush())
+            except BaseException as failure:
+                super().__exit__(type(failure), failure, failure.__traceback__)
+                raise
+        super().__exit__(kind, error, at)
+
 
 STDOUT: Final = "-"
 RECORDS: Final = "packed"
-"""What the core writes for a writer outside of it."""
+"""The core's format for a writer outside of it."""
 
 _SUFFIXES: Final[dict[str, tuple[str, ...]]] = {
     "candump": (".log", ".candump"),
     "console": (".txt",),
     "db": (".db", ".sqlite", ".sqlite3"),
 }
-"""How names end, where that is not the format's own name."""
+"""Suffixes of formats whose suffix is not their name."""
 _TEXT: Final = frozenset({"candump", "console", "asc"})
 """Formats that a terminal can show."""
 
 
 class Target(NamedTuple):
-    """A file or standard output, and the format it gets."""
+    """A file or standard output with its format."""
 
     name: str
     form: str
@@ -38,12 +62,12 @@ class Target(NamedTuple):
 
     @property
     def written(self) -> str:
-        """What the core has to write."""
+        """The format that the core has to write."""
         return self.form if self.form in _own() else RECORDS
 
     @property
     def fits_terminal(self) -> bool:
-        """Whether a terminal can show it."""
+        """True if a terminal can show it."""
         return self.form in _TEXT
 
 
@@ -54,22 +78,22 @@ def _own() -> tuple[str, ...]:
 
 
 def forms() -> tuple[str, ...]:
-    """Give the names of all formats that can be written."""
+    """Returns the names of all formats that can be written."""
     return (*_own(), *pythoncan.LOSSES)
 
 
 def suffixes() -> dict[str, str]:
-    """Give the formats by the ends of names."""
+    """Returns the formats by the suffixes of names."""
     return {suffix: form for form in forms() for suffix in _SUFFIXES.get(form, (f".{form}",))}
 
 
 def compressions() -> dict[str, str]:
-    """Give the compressions by the ends of names."""
+    """Returns the compressions by the suffixes of names."""
     return {one.suffix: name for name, one in COMPRESSIONS.items()}
 
 
 def target(name: str, form: str | None) -> Target | None:
-    """Say what a name stands for, with its format where that was asked for; None if no format can be told."""
+    """Returns the target of a name, with the requested format or that of its suffix; None if neither is known."""
     if name == STDOUT:
         return Target(name, form, None) if form else None
     path = PurePath(name)
@@ -80,9 +104,9 @@ def target(name: str, form: str | None) -> Target | None:
 
 
 def open_target(where: Target, *, force: bool) -> tuple[Output, Mapping[str, int]]:
-    """Give what takes the core's bytes, a context manager, and what it loses of them, by names of the core's losses.
+    """Returns the output for the core's bytes, a context manager, and its losses by names of the core's losses.
 
-    OutputError if the file exists and is not to be replaced, or cannot be written.
+    Raises OutputError if the file exists and is not to be replaced, or cannot be written.
     """
     if where.written == RECORDS:
         sink = pythoncan.open_sink(where.name, where.form, force=force)
@@ -93,13 +117,13 @@ def open_target(where: Target, *, force: bool) -> tuple[Output, Mapping[str, int
 
 
 class _Records(Output):
-    """A writer outside of the core, behind the face of an output."""
+    """A writer outside of the core with the interface of an output."""
 
     is_terminal = False
     is_quiet = True
 
     def __init__(self, sink: pythoncan.Sink) -> None:
-        """Take the sink, which has opened its file."""
+        """Wraps a sink, which has opened its file."""
         self._sink = sink
         self.name = sink.name
 
@@ -111,9 +135,9 @@ class _Records(Output):
         self._sink.__exit__(kind, error, at)
 
     def write(self, data: bytes) -> None:
-        """Hand the records on."""
+        """Passes the records on."""
         self._sink.write(data)
 
     def leave(self) -> str | None:
-        """Take what was written for a part only."""
+        """Keeps the written data as a part."""
         return self._sink.leave()

@@ -1,8 +1,10 @@
-"""Where captures come from; one file a kind of source. No source knows what a frame is.
+"""Sources of captures; one file per kind. No source knows the meaning of a frame.
 
-file.py        bytes of a file, a pipe or standard input
-compressed.py  what is in compressed bytes, and text of another encoding
-format.py      from a name to bytes that the core reads: opened, unpacked, their format told
-pythoncan.py   formats that python-can reads, in records for the core (packed.py)
-pieces.py      those of them that are read line by line; lines.py keeps from it what it would stumble over
+file.py        bytes of a file, a pipe or standard input; memory.py the same in memory, names.py names of captures
+compressed.py  the content of compressed bytes, and text of another encoding; the compressions
+format.py      opens an input by name: unpacks it, detects its format, and yields bytes that the core reads
+pythoncan.py   formats that python-can reads, in records for the core (packed.py); pieces.py those read line by line
+database.py    private copies of SQLite databases
+live.py        live buses as an input: socketcan.py (with netdevices.py), buses.py of python-can, replay.py of captures
+recordings.py  captures that are parts of one recording
 """

@@ -1,7 +1,8 @@
-"""A channel of any interface that python-can knows, as blocks of the live stream; listening only where it can.
+"""A channel of any python-can interface as blocks of the live stream, listen-only where the adapter can.
 
 Nothing is ever sent. Frames become the records of `packed`; stamps that are no dates are moved by one offset to the
-clock of this host. Must not: read files, or wait for whoever reads.
+clock of this host. The tables of interfaces are checked against the installed python-can by a test. Must not: read
+files, or wait for the reader.
 """
 
 import contextlib
@@ -13,7 +14,6 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, Final
 
 from canalyze.errors import CanalyzeError, SourceError
-from canalyze.sources import adapters
 from canalyze.sources.library import library
 from canalyze.sources.live import LinkLost, dropped_block, name_block, records_block, until_block
 from canalyze.sources.packed import Packer, Unfit
@@ -21,34 +21,93 @@ from canalyze.sources.packed import Packer, Unfit
 if TYPE_CHECKING:
     from can import BusABC, Message
 
+
+LISTEN_ONLY: Final[Mapping[str, Mapping[str, object]]] = {
+    "cantact": {"monitor": True},
+    "kvaser": {"driver_mode": False},
+    "nixnet": {"listen_only": True},
+    "pcan": {"state": "PASSIVE"},
+    "seeedstudio": {"operation_mode": "silent"},
+    "slcan": {"listen_only": True},
+    "systec": {"state": "PASSIVE"},
+    "vector": {"listen_only": True},
+}
+"""Settings that keep an adapter from acknowledging frames. Other adapters have no such switch."""
+
+RATED: Final = frozenset({"etas", "gs_usb", "iscan", "ixxat", "neousys", "usb2can"})
+"""Adapters that acknowledge and use a default bit rate where none is given; a wrong one disturbs the bus."""
+
+WIRELESS: Final = frozenset({"udp_multicast", "virtual"})
+"""Interfaces without an adapter: there is nothing to acknowledge."""
+
+SOCKETCAN_ERRORS: Final = frozenset({"gs_usb", "socketcan", "socketcand", "udp_multicast", "virtual"})
+"""Interfaces whose error frames have SocketCAN's layout. The content of others is ignored."""
+
+DATA_RATE: Final[Mapping[str, str]] = {"nixnet": "fd_bitrate"}
+"""Parameter names of the CAN FD data bit rate that differ from `data_bitrate`."""
+
+TIMED: Final[Mapping[str, int]] = {"pcan": 80_000_000, "slcan": 80_000_000}
+"""Interfaces that accept CAN FD rates only as bit timing, with their clock frequency in Hz."""
+
+PIP: Final[Mapping[str, str]] = {
+    "canalystii": "python-can[canalystii]",
+    "cantact": "python-can[cantact]",
+    "gs_usb": "python-can[gs-usb]",
+    "neovi": "python-can[neovi]",
+    "nixnet": "python-can[nixnet]",
+    "robotell": "python-can[serial]",
+    "seeedstudio": "python-can[seeedstudio]",
+    "serial": "python-can[serial]",
+    "slcan": "python-can[serial]",
+    "udp_multicast": "python-can[multicast]",
+}
+"""The pip requirement of each interface."""
+
+DRIVER: Final[Mapping[str, str]] = {
+    "etas": "ETAS BOA (Windows)",
+    "iscan": "Thorsis isCAN (Windows)",
+    "ixxat": "HMS Ixxat VCI (Windows)",
+    "kvaser": "Kvaser CANlib",
+    "neousys": "Neousys WDT_DIO",
+    "neovi": "Intrepid ICS neoVI",
+    "nican": "NI-CAN (Windows)",
+    "nixnet": "NI-XNET (Windows)",
+    "pcan": "PEAK PCAN-Basic",
+    "systec": "SYS TEC USB-CANmodul (Windows)",
+    "usb2can": "8devices usb2can.dll (Windows)",
+    "vector": "Vector XL Driver Library (Windows)",
+}
+"""Vendor libraries that an interface needs and that pip does not install."""
+
+
 _DATES: Final = 1e9
-"""Stamps from here on are dates, in seconds: the year 2001. Below, they count from some start of the adapter's."""
+"""Stamps from here on are dates, in seconds (the year 2001). Smaller ones count from a start of the adapter's own."""
 _MOST: Final = 1000
-"""Frames of a block at most."""
+"""Maximum number of frames in a block."""
 _LONGEST_S: Final = 0.02
-"""How long frames are gathered for one block at most."""
+"""Maximum time for which frames are gathered for one block."""
 _MARGIN_S: Final = 0.02
-"""How much later than any so far a frame may still come."""
+"""Maximum delay of a frame beyond the largest so far."""
 _SILENT_S: Final = 0.1
-"""The same as long as none has come."""
+"""The same before the first frame."""
 _DRIFT: Final = 1e-4
-"""How far the clock of an adapter may go apart from the host's while no frame tells."""
+"""Maximum drift of an adapter's clock against the host's while no frame arrives."""
 _WINDOW_S: Final = 10.0
-"""For so long at least it counts how late a frame came."""
+"""Minimum time for which the delay of a frame is remembered."""
 _STEP_BACK_S: Final = 1.0
-"""An adapter whose stamps go back so far has begun anew."""
+"""A step back of the stamps by this much means that the adapter has restarted."""
 _TRIES: Final = 3
-"""Errors in a row after which an adapter is gone; fewer cost a frame each."""
+"""Number of consecutive errors after which an adapter is lost; fewer cost a frame each."""
 _RATES: Final = frozenset({"bitrate", "timing", "f_clock"})
-"""Settings that say the bit rate."""
+"""Settings that contain the bit rate."""
 _REMARKS: Final = 20
-"""Most lines of the library's that are passed on."""
+"""Maximum number of log lines of the library that are passed on."""
 _NAME: Final = 32
-"""Most characters of the name of a bus."""
+"""Maximum length of the name of a bus."""
 
 
 def names() -> list[str]:
-    """Give the names of all interfaces: the own one, and those of python-can with those of its plugins."""
+    """Returns the names of all interfaces: `socketcan`, and those of python-can with its plugins."""
     library()
     from can.interfaces import VALID_INTERFACES
 
@@ -56,17 +115,17 @@ def names() -> list[str]:
 
 
 def known(interface: str) -> bool:
-    """Tell whether there is an interface of that name."""
+    """Returns true if there is an interface of that name."""
     return interface in names()
 
 
 def near(interface: str) -> list[str]:
-    """Give names that may have been meant."""
+    """Returns interface names that are similar to an unknown one."""
     return get_close_matches(interface.lower().replace("-", "_"), names(), cutoff=0.6)
 
 
 def option(text: str) -> tuple[str, Any] | None:
-    """Read `key=value`, the value as python-can reads its configuration: a number, true, false, else text."""
+    """Parses `key=value`, with the value as python-can reads its configuration: a number, true, false, or text."""
     library()
     from can.util import cast_from_string
 
@@ -78,7 +137,7 @@ def option(text: str) -> tuple[str, Any] | None:
 
 
 def bus_name(channel: str) -> str:
-    """Give what a channel is called in a listing: its name, without the folder; channel 0 is can0."""
+    """Returns the name of a channel in listings: its name without the folder; channel 0 is can0."""
     if channel.isdecimal():
         return f"can{int(channel)}"
     name = channel.rstrip("/\\").replace("\\", "/").rpartition("/")[2]
@@ -87,7 +146,7 @@ def bus_name(channel: str) -> str:
 
 
 class PythonCan:
-    """One channel of an adapter: what `Live` drains (`live.Bus`)."""
+    """One channel of an adapter, as a `live.Bus`."""
 
     def __init__(
         self,
@@ -102,11 +161,11 @@ class PythonCan:
         name: str | None = None,
         patient: bool = False,
     ) -> None:
-        """Open it. `first` is the index of its bus in the stream; `name` what the bus is called.
+        """Opens the channel.
 
-        bitrate, data_bitrate: in bit/s. options: what python-can is told beside, by the names of its parameters.
-        patient: where it cannot be opened now, the first `receive` raises LinkLost, and `reopen` may do better.
-        SourceError for what is not installed and, unless patient, for what cannot be opened.
+        first: the index of its bus in the stream. name: the name of the bus. bitrate, data_bitrate: in bit/s. options:
+        further parameters of python-can. patient: if it cannot be opened now, the first `receive` raises LinkLost, and
+        `reopen` tries again. Raises SourceError if a package is missing and, unless patient, if it cannot be opened.
         """
         self.interface = interface
         self.names: Sequence[str] = (name or bus_name(channel),)
@@ -114,27 +173,27 @@ class PythonCan:
         self.first = first
         self._options = dict(options or {})
         self._settings = _settings(interface, bitrate, data_bitrate, self._options, fd=fd)
-        if interface in adapters.RATED and self._settings.keys().isdisjoint(_RATES):
+        if interface in RATED and self._settings.keys().isdisjoint(_RATES):
             raise SourceError("bus.needs_rate", name=channel, interface=interface)
-        self._bare = interface not in adapters.SOCKETCAN_ERRORS
+        self._bare = interface not in SOCKETCAN_ERRORS
         self._bus: BusABC | None = None
         self._lost: SourceError | None = None
         logging.getLogger("can").addHandler(_HEARD)
         self._named = False
         self._first_message: Message | None = None
-        """What came when it was opened anew."""
+        """The first message after it was opened again."""
         self._open(patient=patient)
 
     @property
     def acknowledges(self) -> bool:
-        """Whether the adapter acknowledges frames as a node does, for want of a switch; what the user set is known."""
-        switch = adapters.LISTEN_ONLY.get(self.interface, {"listen_only": True})
-        return self.interface not in adapters.WIRELESS and switch.keys().isdisjoint(self._settings)
+        """True if the adapter acknowledges frames as a node does, because it cannot be switched to listen only."""
+        switch = LISTEN_ONLY.get(self.interface, {"listen_only": True})
+        return self.interface not in WIRELESS and switch.keys().isdisjoint(self._settings)
 
     def receive(self, timeout_s: float) -> bytes:
-        """Wait for frames at most so long; give what came, as blocks, with the time up to which all has come.
+        """Waits up to `timeout_s` for frames and returns them as blocks, with the time up to which all have come.
 
-        LinkLost when the adapter is gone.
+        Raises LinkLost if the adapter is gone.
         """
         if self._lost is not None:
             lost, self._lost = self._lost, None
@@ -154,7 +213,7 @@ class PythonCan:
                     break
                 try:
                     message, more = self._next(0)
-                except LinkLost as lost:  # what came before it comes first; the next call tells of it
+                except LinkLost as lost:  # earlier frames are returned first; the next call raises it
                     self._lost = lost.error
                     break
                 dropped += more
@@ -166,12 +225,12 @@ class PythonCan:
         return b"".join(blocks)
 
     def remarks(self) -> list[CanalyzeError]:
-        """Give what python-can has said since the last call, for standard error."""
+        """Returns the log lines of python-can since the last call, for standard error."""
         lines = _HEARD.take()
         return [SourceError("bridge.said", name=self.names[0], problem=line) for line in lines]
 
     def reopen(self) -> bool:
-        """Try to open it anew, after LinkLost; False: not yet."""
+        """Tries to open the channel again after LinkLost; returns true on success."""
         self.close()
         with contextlib.suppress(SourceError, LinkLost):
             self._open(patient=False)
@@ -181,7 +240,7 @@ class PythonCan:
         return False
 
     def close(self) -> None:
-        """Close it; closing twice is harmless."""
+        """Closes the channel; closing twice is harmless."""
         bus, self._bus = self._bus, None
         if bus is not None:
             with contextlib.suppress(Exception):  # it may be gone
@@ -201,11 +260,11 @@ class PythonCan:
             raise lost
 
     def _refusal(self, error: Exception) -> SourceError:
-        """Say in one line what python-can has refused, and what to do."""
+        """Returns an error that names python-can's refusal and its remedy in one line."""
         from can import CanInterfaceNotImplementedError
 
         facts = {"name": self._channel, "interface": self.interface, "problem": _said(error)}
-        pip, driver = adapters.PIP.get(self.interface), adapters.DRIVER.get(self.interface)
+        pip, driver = PIP.get(self.interface), DRIVER.get(self.interface)
         # Without its library a backend fails where it first calls it.
         absent = isinstance(error, CanInterfaceNotImplementedError | ImportError | NameError)
         absent = absent or (self.interface == "pcan" and isinstance(error, OSError) and "not found" in str(error))
@@ -223,7 +282,7 @@ class PythonCan:
         return SourceError("bus.gone", name=self.names[0], interface=self.interface, problem=problem)
 
     def _next(self, timeout_s: float) -> tuple["Message | None", int]:
-        """Give the next frame if there is one, and how many were lost to errors before it."""
+        """Returns the next frame, or None, and the number of frames lost to errors before it."""
         if self._first_message is not None:
             message, self._first_message = self._first_message, None
             return message, 0
@@ -234,7 +293,7 @@ class PythonCan:
         while True:
             try:
                 return bus.recv(timeout_s), lost
-            except Exception as error:  # CanOperationError, OSError, and whatever a driver raises
+            except Exception as error:  # CanOperationError, OSError, and any other exception of a driver
                 lost += 1
                 if lost >= _TRIES:
                     raise LinkLost(self.names[0], self._gone(_said(error))) from error
@@ -243,29 +302,32 @@ class PythonCan:
 def _settings(
     interface: str, bitrate: int | None, data_bitrate: int | None, options: dict[str, Any], *, fd: bool
 ) -> dict[str, Any]:
-    """Give what python-can is told of the interface; what the user says beside counts most."""
+    """Returns the parameters of python-can's bus; the user's own options override the others."""
     given: dict[str, Any] = dict(_listen_only(interface))
     if bitrate is not None:
         given["bitrate"] = bitrate
     if fd:
         given["fd"] = True
-        if interface in adapters.TIMED and bitrate and data_bitrate:
-            given["timing"] = _timing(adapters.TIMED[interface], bitrate, data_bitrate)
+        if interface in TIMED and bitrate and data_bitrate:
+            given["timing"] = _timing(TIMED[interface], bitrate, data_bitrate)
         elif data_bitrate is not None:
-            given[adapters.DATA_RATE.get(interface, "data_bitrate")] = data_bitrate
+            given[DATA_RATE.get(interface, "data_bitrate")] = data_bitrate
     return given | options
 
 
 def _listen_only(interface: str) -> Mapping[str, object]:
-    """Give what makes it listen only; of plugins and newer interfaces, where they have the usual name for it."""
-    if interface in adapters.LISTEN_ONLY:
-        return adapters.LISTEN_ONLY[interface]
+    """Returns the settings that make an interface listen only.
+
+    A plugin or a newer interface is inspected for a `listen_only` parameter.
+    """
+    if interface in LISTEN_ONLY:
+        return LISTEN_ONLY[interface]
     import importlib
     import inspect
 
     from can.interfaces import BACKENDS
 
-    with contextlib.suppress(Exception):  # what is missing is said when it is opened
+    with contextlib.suppress(Exception):  # a missing package is reported when it is opened
         module, name = BACKENDS[interface]
         parameters = inspect.signature(getattr(importlib.import_module(module), name).__init__).parameters
         if "listen_only" in parameters:
@@ -288,29 +350,29 @@ def _timing(clock: int, bitrate: int, data_bitrate: int) -> Any:
 
 
 def _said(error: BaseException) -> str:
-    """Give an exception of the library in one line."""
+    """Returns an exception of the library in one line."""
     text = " ".join(str(error).split())[:200].rstrip(".")
     return text or type(error).__name__
 
 
 class _Clock:
-    """The stamps of one adapter beside the clock of this host."""
+    """The stamps of one adapter against the clock of this host."""
 
     def __init__(self) -> None:
         self._offset: float | None = None
         self._stamp = 0.0
         self._last = time.time()
-        """When a frame was received last."""
+        """The time at which the last frame was received."""
         self._late: float | None = None
-        """How late frames came, at most, in this window and the one before."""
+        """Maximum delay of the frames in this window and the one before."""
         self._later: float | None = None
         self._turn = 0.0
 
     def settled(self, message: "Message") -> "Message":
-        """Give the message with its stamp on the host's clock: the adapter's, or that of its receipt."""
+        """Returns the message with its stamp moved to the host's clock, or stamped on receipt if it has none."""
         now = self._last = time.time()
         stamp = message.timestamp
-        if not stamp > 0:  # also what is no number
+        if not stamp > 0:  # also NaN
             message.timestamp = stamp = now
         elif stamp < _DATES:
             if self._offset is None or stamp < self._stamp - _STEP_BACK_S:
@@ -326,7 +388,7 @@ class _Clock:
         return message
 
     def until(self) -> int:
-        """Give the time in ns, on the clock of the stamps, before which no frame will come any more."""
+        """Returns the time in ns, on the clock of the stamps, before which no further frame will arrive."""
         now = time.time()
         if self._late is None or self._later is None:
             return round((now - _SILENT_S) * 1e9)
@@ -349,7 +411,7 @@ class _Heard(logging.Handler):
             self._new.append(line)
 
     def take(self) -> list[str]:
-        """Give what was said since the last call; the same line is given once."""
+        """Returns the lines since the last call; a repeated line is returned once."""
         self.acquire()  # as `emit` has it: channels have threads of their own
         try:
             new, self._new = self._new, []
@@ -359,4 +421,4 @@ class _Heard(logging.Handler):
 
 
 _HEARD: Final = _Heard()
-"""One for all channels: the library has one log."""
+"""Shared by all channels, because the library has one log."""

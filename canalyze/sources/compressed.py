@@ -1,91 +1,258 @@
 """Compressed files and text of another encoding, as the bytes that are in them.
 
-A layer reads what the one below it gives and hands on pieces of bounded size, whatever they hold: memory does not grow
-with what a file unpacks to. Damage ends it and is reported, never raised. Bytes go out before the check sum behind them
-is seen: where that fails, or nothing can be unpacked up to it, all that came of its member may be wrong: reported
-where the member begins. No format of captures is known here.
+A layer reads pieces from the one below and returns pieces of bounded size, so that memory does not grow with the
+unpacked size. Damage ends the data and is reported, never raised. Bytes are returned before their checksum is read: if
+that fails, or if a member cannot be unpacked to its end, all its output may be wrong, and the damage names its
+beginning. The modules of the compressions are imported when a file needs them. Must not: know a format of captures.
 """
 
 import codecs
+import sys
+import zlib
+from collections.abc import Callable
+from types import ModuleType
 from typing import Final, NamedTuple, Protocol
 
-from canalyze.sources.compression import COMPRESSIONS, HEAD, Decompressor, Gzip, errors
+HEAD: Final = 8
+"""Number of bytes at the beginning of a member that `checked` needs."""
+_ZSTD: Final = b"\x28\xb5\x2f\xfd"
+_DICTIONARY: Final = 1 << 28
+"""Maximum memory for an xz file, four times the need of its highest preset."""
+
+
+class Compressor(Protocol):
+    """One compressed file that is written, with the standard library's interface."""
+
+    def compress(self, data: bytes, /) -> bytes:
+        """Compresses `data`; returns the output that is ready."""
+        ...
+
+    def flush(self) -> bytes:
+        """Returns the remaining output."""
+        ...
+
+
+class Decompressor(Protocol):
+    """One member, stream or frame, with the standard library's interface of bz2 and xz."""
+
+    @property
+    def eof(self) -> bool:
+        """True if the member has ended."""
+        ...
+
+    @property
+    def needs_input(self) -> bool:
+        """True if no more output is available without further input."""
+        ...
+
+    @property
+    def unused_data(self) -> bytes:
+        """The bytes after the end of the member."""
+        ...
+
+    def decompress(self, data: bytes, max_length: int = -1) -> bytes:
+        """Decompresses `data`; returns at most `max_length` bytes."""
+        ...
+
+
+class Gzip:
+    """One member of a gzip file, with the interface of the other decompressors."""
+
+    def __init__(self, other: "Gzip | None" = None) -> None:
+        """Begins a member, or copies the state of another decompressor."""
+        self._inner: zlib._Decompress = other._inner.copy() if other else zlib.decompressobj(wbits=31)
+        self._full: bool = other._full if other else False
+
+    @property
+    def eof(self) -> bool:
+        """True if the member has ended."""
+        return self._inner.eof
+
+    @property
+    def needs_input(self) -> bool:
+        """True if no more output is available without further input."""
+        return not self._inner.unconsumed_tail and not self._full
+
+    @property
+    def unused_data(self) -> bytes:
+        """The bytes after the end of the member."""
+        return self._inner.unused_data
+
+    def decompress(self, data: bytes, max_length: int = -1) -> bytes:
+        """Decompresses `data`; returns at most `max_length` bytes."""
+        unpacked = self._inner.decompress(self._inner.unconsumed_tail + data, max_length)
+        self._full = len(unpacked) == max_length  # there may be more that needs no input
+        return unpacked
+
+
+def _zstd() -> ModuleType:
+    if sys.version_info >= (3, 14):
+        from compression import zstd
+    else:
+        from backports import zstd
+    return zstd
+
+
+def _zstd_decompressor() -> Decompressor:
+    made: Decompressor = _zstd().ZstdDecompressor()
+    return made
+
+
+def _zstd_compressor() -> Compressor:
+    # Of itself the library writes none, and changed bytes would pass unseen.
+    zstd = _zstd()
+    made: Compressor = zstd.ZstdCompressor(options={zstd.CompressionParameter.checksum_flag: 1})
+    return made
+
+
+def _always(_: bytes) -> bool:
+    return True
+
+
+def _zstd_checked(head: bytes) -> bool:
+    """Returns true if the frame's descriptor announces a checksum; a skippable frame has no content."""
+    return not head.startswith(_ZSTD) or len(head) < 5 or bool(head[4] & 4)
+
+
+def _xz_checked(head: bytes) -> bool:
+    """Returns true if the stream's flags announce a check; 0 is none."""
+    return len(head) < HEAD or head[7] & 0xF != 0
+
+
+def _xz_decompressor() -> Decompressor:
+    import lzma
+
+    return lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=_DICTIONARY)
+
+
+def _xz_compressor() -> Compressor:
+    import lzma
+
+    return lzma.LZMACompressor()
+
+
+def _bzip2_decompressor() -> Decompressor:
+    import bz2
+
+    return bz2.BZ2Decompressor()
+
+
+def _bzip2_compressor() -> Compressor:
+    import bz2
+
+    return bz2.BZ2Compressor()
+
+
+def errors() -> tuple[type[Exception], ...]:
+    """Returns the exceptions that the decompressors raise for bad input."""
+    import lzma
+
+    return (OSError, EOFError, ValueError, MemoryError, zlib.error, lzma.LZMAError, _zstd().ZstdError)
+
+
+class Compression(NamedTuple):
+    """A compression of files."""
+
+    suffix: str
+    """The suffix of file names."""
+    signs: tuple[bytes, ...]
+    """The bytes with which members, streams or frames begin."""
+    decompressor: Callable[[], Decompressor]
+    compressor: Callable[[], Compressor]
+    checked: Callable[[bytes], bool]
+    """Returns true if a member has a checksum, by its first HEAD bytes."""
+
+
+COMPRESSIONS: Final[dict[str, Compression]] = {
+    "gzip": Compression(".gz", (b"\x1f\x8b",), Gzip, lambda: zlib.compressobj(wbits=31), _always),
+    "zstd": Compression(
+        ".zst",
+        (_ZSTD, *(bytes([0x50 + n]) + b"\x2a\x4d\x18" for n in range(16))),
+        _zstd_decompressor,
+        _zstd_compressor,
+        _zstd_checked,
+    ),
+    "xz": Compression(".xz", (b"\xfd7zXZ\0",), _xz_decompressor, _xz_compressor, _xz_checked),
+    "bzip2": Compression(".bz2", (b"BZh",), _bzip2_decompressor, _bzip2_compressor, _always),
+}
+"""The compressions, by the core's names for them."""
+
 
 PIECE: Final = 1 << 20
-"""Most bytes that one `read` gives."""
+"""Maximum number of bytes returned by one `read`."""
 _TAKEN: Final = 1 << 12
-"""Bytes that a decompressor gets at once: what it says of damage among them costs what else it has made of them."""
+"""Number of bytes passed to a decompressor at once; damage among them costs all of their output."""
 _KEPT: Final = 1 << 16
-"""Bytes of a member that are kept, so that nothing that a small one holds before its damage is lost."""
+"""Bytes of a member that are kept, so that the sound part of a small damaged member is not lost."""
 
 
 class Damage(NamedTuple):
-    """A file that cannot be unpacked any further."""
+    """The point from which a file cannot be unpacked."""
 
     kind: str
     """One of the core's kinds of damage."""
     offset: int
-    """Where in the file as it is, in bytes."""
+    """The offset in the compressed file, in bytes."""
     lost: int | None
-    """Bytes of the file from there on; None where nothing follows."""
+    """Bytes of the file from there on; None if it ends there."""
     since: int | None = None
-    """Where the member begins of which all that was given may be wrong; None: all that was given is sound."""
+    """Where the member begins whose output may be wrong; None if all output is sound."""
 
 
 class Layer(Protocol):
-    """Something that gives bytes."""
+    """A source of bytes."""
 
     @property
     def damage(self) -> Damage | None:
-        """Why nothing comes any more, where it is the file's fault."""
+        """The damage of the file that ended the data, if any."""
         ...
 
     @property
     def begins(self) -> bool:
-        """Whether the bytes given last are the first that a new check sum covers."""
+        """True if the bytes returned last are the first that a new checksum covers."""
         ...
 
     def read(self) -> bytes:
-        """Give the next bytes, b"" at the end."""
+        """Returns the next bytes, b"" at the end."""
         ...
 
 
 class Unpacked:
-    """What is in a compressed file: all its members one after the other, as if they were one."""
+    """The content of a compressed file, with all its members joined."""
 
     def __init__(self, below: Layer, form: str) -> None:
-        """`form` is one of COMPRESSIONS."""
+        """Creates the layer; `form` is one of COMPRESSIONS."""
         self.damage: Damage | None = None
         self.begins = False
         self.checked = True
-        """Whether every member so far has a check sum."""
+        """True if every member so far has a checksum."""
         self._below = below
         compression = COMPRESSIONS[form]
         self._new, self._signs = compression.decompressor, compression.signs
         self._has_sum = compression.checked
         self._member: Decompressor | None = None
         self._kept = b""
-        """What the member has got, while it is little."""
+        """The input of the current member, while it is small."""
         self._given = 0
-        """What it has given, in bytes."""
+        """Number of bytes that the member has produced."""
         self._head = b""
         """Its first bytes."""
         self._start = 0
-        """Where it begins in the file."""
+        """Its offset in the file."""
         self._held = b""
-        """What it has given from its beginning on, where that did not go out with what is of the members before it."""
+        """Output of the member that is returned by the next `read`, after that of the members before it."""
         self._first = True
         self._raw = b""
         self._at = 0
-        """Where `_raw` goes on."""
+        """The position in `_raw`."""
         self._offset = 0
         """Bytes of the file before `_raw`."""
         self._over = False
 
     def read(self) -> bytes:
-        """Give what the next bytes of the file hold, at most PIECE; b"" at the end, or where damage ends it.
+        """Returns up to PIECE bytes of the content; b"" at the end, or where damage ends it.
 
-        All of it is of members that are over, or all of the one that is not: what may be wrong is counted from there.
+        They are all of finished members, or all of the current one, so that `Damage.since` can name what may be wrong.
         """
         self.begins = bool(self._held) or self._member is None or not self._given
         over: list[bytes] = []
@@ -93,7 +260,7 @@ class Unpacked:
         room = PIECE - sum(map(len, pieces))
         while room and not self.damage:
             member = self._member
-            # Bytes are waited for only while there is nothing to give: lines of a pipe are answered when they come.
+            # Waits for input only without output, so that lines of a pipe are answered when they come.
             if (member is None or member.needs_input) and self._at == len(self._raw) and not self._over:
                 if over or pieces:
                     break
@@ -117,7 +284,7 @@ class Unpacked:
         return b"".join(pieces)
 
     def _begin(self) -> bool:
-        """Begin the next member; zeros before it are filling. False: there is none, or not yet."""
+        """Begins the next member, skipping zero padding; returns false if there is none, or not yet."""
         if not self._first:
             rest = self._raw[self._at :].lstrip(b"\0")
             self._at = len(self._raw) - len(rest)
@@ -163,13 +330,13 @@ class Unpacked:
         return piece
 
     def _look(self, data: bytes) -> None:
-        """Look at the first bytes of a member: whether it has a check sum."""
+        """Reads from the first bytes of a member if it has a checksum."""
         if len(self._head) < HEAD:
             self._head += data[: HEAD - len(self._head)]
             self.checked = self.checked and self._has_sum(self._head)
 
     def _again(self, member: Decompressor, data: bytes) -> tuple[tuple[Decompressor | None, bytes, int], int]:
-        """Give what is needed to unpack `data` again, should they be damaged, and how far back it begins."""
+        """Returns the state from which `data` can be unpacked again if it is damaged, and how far back it begins."""
         if isinstance(member, Gzip):
             return (Gzip(member), data, 0), len(data)
         if len(self._kept) > _KEPT:
@@ -178,7 +345,7 @@ class Unpacked:
         return (self._new(), self._kept, self._given), len(self._kept)
 
     def _damaged(self, kind: str, at: int, since: int | None = None) -> None:
-        """Nothing more can be unpacked: count what is left."""
+        """Records the damage and counts the bytes that are left."""
         lost = len(self._raw) - at
         while kind != "cut" and (more := self._below.read()):
             lost += len(more)
@@ -186,7 +353,7 @@ class Unpacked:
 
 
 def _bytewise(member: Decompressor | None, data: bytes, skipped: int) -> tuple[bytes, int]:
-    """Unpack damaged bytes one by one; give what they hold behind what is skipped, and how many are sound."""
+    """Unpacks damaged bytes one by one; returns the output after `skipped` bytes, and the number of sound bytes."""
     pieces, used = b"", 0
     try:
         while member and len(pieces) < PIECE and not member.eof and (used < len(data) or not member.needs_input):
@@ -201,26 +368,26 @@ def _bytewise(member: Decompressor | None, data: bytes, skipped: int) -> tuple[b
 
 
 class Transcoded:
-    """Text of another encoding, as UTF-8. What cannot be read becomes U+FFFD."""
+    """Text of another encoding as UTF-8; undecodable bytes become U+FFFD."""
 
     def __init__(self, below: Layer, encoding: str) -> None:
-        """`encoding` is a name that Python knows."""
+        """Creates the layer; `encoding` is a name that Python knows."""
         self._below = below
         self._decoder = codecs.getincrementaldecoder(encoding)("replace")
         self._over = False
 
     @property
     def damage(self) -> Damage | None:
-        """What the layer below says."""
+        """The damage of the layer below."""
         return self._below.damage
 
     @property
     def begins(self) -> bool:
-        """What the layer below says: a character that a member's end cuts belongs to the next one."""
+        """The state of the layer below; a character that a member boundary splits belongs to the next member."""
         return self._below.begins
 
     def read(self) -> bytes:
-        """Give the next bytes, b"" at the end."""
+        """Returns the next bytes, b"" at the end."""
         text = ""
         while not text and not self._over:
             raw = self._below.read()

@@ -1,10 +1,10 @@
-"""A private copy of an SQLite database, so that nothing that reads it can change or lock the file.
+"""A private copy of an SQLite database, so that reading cannot change or lock the file.
 
-Who opens a database rolls back what another program left half done in it, and writes that into the file. It happens
-to the copy here. A database that is cut has its pages counted anew in the copy, so that rows of whole pages are still
-read: else SQLite reads none, or takes a page's missing half for zeros and gives rows that nobody wrote. What a file
-can make SQLite do has bounds: nothing is read that the file has computed, and a signal ends every query. Must not:
-know more of a table than that it is one.
+Opening a database rolls back an unfinished transaction of another program and writes to the file; here this happens
+to the copy. In the copy of a truncated database the number of pages is corrected, so that the rows of whole pages
+can still be read: SQLite itself would read none, or take the missing half of a page for zeros. The work that a
+file can cause in SQLite is bounded: nothing that the file computes is read, and a signal ends every query.
+Must not: know the columns of a table.
 """
 
 import contextlib
@@ -16,9 +16,9 @@ from typing import Final
 
 _HEAD: Final = 100
 _JOURNALS: Final = ("-journal", "-wal")
-"""What stands beside a database while it is written, and behind a program that died."""
+"""Suffixes of the files beside a database that is being written, or whose writer has crashed."""
 _LEAST_ROW: Final = 8
-"""Bytes of a row of seven columns: there are more, whatever it holds."""
+"""Minimum size of a row of seven columns, in bytes."""
 _LIMITS: Final = (
     (sqlite3.SQLITE_LIMIT_LENGTH, 1 << 16),
     (sqlite3.SQLITE_LIMIT_COLUMN, 100),
@@ -27,29 +27,29 @@ _LIMITS: Final = (
     (sqlite3.SQLITE_LIMIT_ATTACHED, 0),
     (sqlite3.SQLITE_LIMIT_WORKER_THREADS, 0),
 )
-"""What a table of frames never comes near: a row of it has less than 200 bytes."""
+"""Limits well above the needs of a table of frames, whose rows have less than 200 bytes."""
 _ERRORS: Final = (sqlite3.Error, UnicodeError)
-"""What a damaged file makes SQLite say, which may be no text."""
+"""Exceptions that SQLite raises for damaged files, also for undecodable text."""
 _STEPS: Final = 10_000
-"""Steps of SQLite between two looks at what else there is to do: less than a millisecond."""
+"""Steps of SQLite between two checks for signals: less than a millisecond."""
 
 
 class Copy:
-    """A copy of a database, with what is known of its soundness."""
+    """A copy of a database, and where it is truncated."""
 
     def __init__(self, database: Path, original: Path | None) -> None:
-        """Take a database as it was put down at `database`; `original`: the file whose copy it is, if it has one."""
+        """Examines the copy at `database`; `original` is the file that was copied, if there is one."""
         self.path = database
         self.cut: tuple[int, int] | None = None
-        """Where a page is missing, and the bytes of it that are there; None if all are."""
+        """Where a page is incomplete, and the number of its bytes that are there; None if the database is whole."""
         if not (original and _journals(original, database)):
             self.cut = _recounted(database)
 
         self.most_rows = database.stat().st_size // _LEAST_ROW
-        """More rows than this are not in it: where there are, its pages go in circles."""
+        """Maximum number of rows; more mean that its pages form a circle."""
 
     def computes(self, table: str) -> bool:
-        """Whether what seems to be a table is a view, or computed otherwise."""
+        """Returns true if `table` is a view or has computed columns."""
         try:
             with contextlib.closing(sqlite3.connect(self.path)) as connection:
                 bound(connection)
@@ -61,11 +61,11 @@ class Copy:
                 hidden = connection.execute("SELECT max(hidden) FROM pragma_table_xinfo(?)", (table,)).fetchall()
         except _ERRORS as error:
             heed(error)
-            return False  # whoever reads it says what is wrong with it
+            return False  # the reader reports it
         return any(not stored for (stored,) in kinds) or any(most for (most,) in hidden)
 
     def sound(self) -> bool:
-        """Whether all pages fit together, as SQLite itself judges."""
+        """Returns true if SQLite's quick check finds no damage."""
         try:
             with contextlib.closing(sqlite3.connect(self.path)) as connection:
                 interruptible(connection)
@@ -77,32 +77,32 @@ class Copy:
 
 
 def bound(connection: sqlite3.Connection) -> None:
-    """Set limits to what a file may make of a connection on which nothing was read yet."""
+    """Limits the work that a file can cause on a new connection."""
     for limit, most in _LIMITS:
         connection.setlimit(limit, most)
     interruptible(connection)
 
 
 def interruptible(connection: sqlite3.Connection) -> None:
-    """Let signals be answered while SQLite is at work; `heed` gives what they raise."""
+    """Makes queries of a connection interruptible by signals; `heed` raises their exceptions."""
     connection.set_progress_handler(lambda: 0, _STEPS)
 
 
 def heed(error: BaseException) -> None:
-    """Raise KeyboardInterrupt if that is why a query has ended: SQLite passes nothing on that is raised in it."""
+    """Raises KeyboardInterrupt if it ended the query, because SQLite swallows exceptions raised in its callbacks."""
     if isinstance(error, sqlite3.Error) and getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_INTERRUPT:
         raise KeyboardInterrupt from None
 
 
 def copied(original: Path, directory: Path) -> Copy:
-    """Copy a database into a directory; OSError if that cannot be."""
+    """Copies a database to a directory. Raises OSError if that fails."""
     database = directory / "copy.sqlite"
     shutil.copyfile(original, database)
     return Copy(database, original)
 
 
 def _journals(original: Path, database: Path) -> bool:
-    """Copy what stands beside the database, behind it: what is written meanwhile is undone with it."""
+    """Copies the journals of a database after it, so that changes made meanwhile are rolled back with them."""
     there = False
     for suffix in _JOURNALS:
         beside = original.with_name(original.name + suffix)
@@ -113,7 +113,10 @@ def _journals(original: Path, database: Path) -> bool:
 
 
 def _recounted(database: Path) -> tuple[int, int] | None:
-    """Make a cut database one of its whole pages; tell where it was cut and what was behind, None if it is whole."""
+    """Reduces a truncated database to its whole pages.
+
+    Returns where it was cut and the number of bytes behind, or None if it is whole.
+    """
     with database.open("r+b") as file:
         head = file.read(_HEAD)
         if len(head) < _HEAD:

@@ -1,7 +1,7 @@
 """Files, pipes and standard input as bytes.
 
-`read` gives what one read(2) gave, at most 256 KiB, so that a line of a pipe is answered when it comes. A source knows
-neither formats nor frames.
+`read` returns the result of one read(2), at most 1 MiB, so that a line of a pipe is answered when it comes.
+A source knows neither formats nor frames.
 """
 
 import errno
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 CHUNK: Final = 1 << 20
 _AS_IT_IS: Final = getattr(os, "O_BINARY", 0)
-"""Where the system would else translate line ends."""
+"""The flag against translation of line ends, where the system has it."""
 STDIN: Final = "-"
 _REST_S: Final = 0.1
 
 
 def _is_channel(name: str) -> bool:
-    """Tell whether somebody means a CAN interface, as sniff takes it."""
+    """Returns true if a name looks like a CAN interface."""
     return re.fullmatch("(v|vx|sl)?can[0-9]+(,.*)?", name) is not None
 
 
@@ -32,11 +32,14 @@ class Source:
     """An open file; a context manager."""
 
     def __init__(self, name: str, shown: str | None = None) -> None:
-        """Open `name` ('-' is standard input, called stdin); SourceError if that cannot be. shown: for people."""
+        """Opens `name` ('-' is standard input, called stdin).
+
+        shown: the name in messages. Raises SourceError if it cannot be opened.
+        """
         self.name = shown or ("stdin" if name == STDIN else name)
         self._name = name
         self.taken = 0
-        """Bytes read so far."""
+        """Number of bytes read so far."""
         self._fd = -1
         self._own = name != STDIN
         try:
@@ -53,16 +56,16 @@ class Source:
 
     @property
     def regular(self) -> bool:
-        """Whether it is a file of known end, not a pipe, a terminal or a device."""
+        """True for a regular file, false for a pipe, a terminal or a device."""
         return stat.S_ISREG(self._status.st_mode)
 
     @property
     def damage(self) -> None:
-        """Why nothing comes any more: of bytes as they are, only because there is nothing."""
+        """Always None; only compressed files can be damaged."""
 
     @property
     def begins(self) -> bool:
-        """Whether a check sum covers what comes: bytes as they are have none."""
+        """Always false, because plain bytes have no checksum."""
         return False
 
     @property
@@ -75,7 +78,7 @@ class Source:
         return Path(self._name)
 
     def read(self) -> bytes:
-        """Give the next bytes, b"" at the end; SourceError if the system refuses."""
+        """Returns the next bytes, b"" at the end. Raises SourceError if the system refuses."""
         try:
             data = os.read(self._fd, CHUNK)
             self.taken += len(data)
@@ -84,33 +87,33 @@ class Source:
             raise SourceError("source.read", name=self.name, error=error) from error
 
     def rests(self) -> bool:
-        """Tell whether nothing more comes at the moment: of a pipe, a terminal or a device, for a tenth of a second."""
+        """Returns true if a pipe, a terminal or a device delivers nothing for a tenth of a second."""
         if self.regular:
             return False
         import select
 
         try:
             return not select.select([self._fd], [], [], _REST_S)[0]
-        except (OSError, ValueError):  # not every system can tell
+        except (OSError, ValueError):  # not supported by every system
             return True
 
     def close(self) -> None:
-        """Close the file; standard input stays open."""
+        """Closes the file; standard input stays open."""
         if self._own and self._fd >= 0:
             os.close(self._fd)
             self._fd = -1
 
     def __enter__(self) -> Self:
-        """Give the source itself."""
+        """Returns the source."""
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Close it."""
+        """Closes the source."""
         self.close()
 
 
 def total_size(names: tuple[str, ...]) -> int | None:
-    """Give the bytes of all files together, None if one of them has no known end."""
+    """Returns the total size of all files in bytes, or None if one is not a regular file."""
     total = 0
     for name in names:
         try:

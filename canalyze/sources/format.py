@@ -1,15 +1,14 @@
-"""From a name to bytes that the core reads: opened, unpacked, and the format told by the first bytes.
+"""Opens an input by name: unpacks it, detects its format, and yields bytes that the core reads.
 
-What a loop sees is a `Capture`: its name, its format for the core, and `read` until nothing comes. Only formats are
-known here; what is in them is not.
+The reading loop gets a `Capture`: its name, its format for the core, and `read`, which returns b"" at the end. Only
+formats are known here, not their content.
 """
 
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
 from canalyze.errors import CanalyzeError, SourceError
-from canalyze.sources.compressed import Damage, Layer, Transcoded, Unpacked
-from canalyze.sources.compression import COMPRESSIONS
+from canalyze.sources.compressed import COMPRESSIONS, Damage, Layer, Transcoded, Unpacked
 from canalyze.sources.file import Source
 
 if TYPE_CHECKING:
@@ -19,21 +18,21 @@ if TYPE_CHECKING:
     from canalyze.sources.pythoncan import PythonCanCapture
 
 BRIDGED: Final = {"mf4": "mf4", "csv": "csv", "db": "sqlite"}
-"""What python-can reads: the names of --input-format, and what the core's sniff calls them."""
+"""Formats that python-can reads: the names of --input-format, and the core's names for them."""
 
 _SIGN: Final = 6
-"""Bytes that tell a compression, whatever they are."""
+"""Number of bytes that suffices to recognize any compression."""
 
 
 def input_formats() -> tuple[str, ...]:
-    """Give the names of the formats that can be read."""
+    """Returns the names of the formats that can be read."""
     from canalyze._core import FORMATS
 
     return (*FORMATS, *BRIDGED)
 
 
 class _PutBack:
-    """A layer with the bytes that were looked at before it again."""
+    """A layer that returns its first bytes again."""
 
     def __init__(self, head: bytes, below: Layer) -> None:
         self._head = head
@@ -53,66 +52,66 @@ class _PutBack:
 
 
 class Opened:
-    """A source, what is in it where it is compressed or of another encoding, and its first bytes."""
+    """A source with its decompression and transcoding, and its first bytes."""
 
     def __init__(self, source: "Source | Memory") -> None:
-        """Take over the source and read its first bytes."""
+        """Takes ownership of the source and reads its first bytes."""
         self.name = source.name
         self.regular = source.regular
-        """Whether it is a file of known end, not a pipe, a terminal or a device."""
+        """True for a regular file, false for a pipe, a terminal or a device."""
         self.compression: str | None = None
-        """gzip, xz, bzip2 or zstd, if it is compressed."""
+        """gzip, xz, bzip2 or zstd; None if it is not compressed."""
         self._source = source
         self._layer: Layer = source
         self._unpacked: Unpacked | None = None
         self.head = source.read()
-        """What was read already."""
+        """The bytes that have been read already."""
 
     @property
     def taken(self) -> int:
-        """Bytes of the file that have been read."""
+        """Number of bytes of the file that have been read."""
         return self._source.taken
 
     @property
     def damage(self) -> Damage | None:
-        """Why the file could be unpacked no further; known when nothing comes any more."""
+        """The damage that ended the data, if any; known at the end."""
         return self._layer.damage
 
     @property
     def begins(self) -> bool:
-        """Whether the bytes given last are the first that a new check sum covers."""
+        """True if the bytes returned last are the first that a new checksum covers."""
         return self._layer.begins
 
     @property
     def checked(self) -> bool | None:
-        """Whether all that was unpacked so far has a check sum; None: nothing is."""
+        """True if everything unpacked so far has a checksum; None if the file is not compressed."""
         return self._unpacked.checked if self._unpacked else None
 
     @property
     def path(self) -> "Path | None":
-        """The file itself, for a reader that opens by name; None where it is a pipe, or something in it is read."""
+        """The file itself, for a reader that opens by name; None for a pipe, and for unpacked or transcoded data."""
         return self._source.path if self._layer is self._source else None
 
     def read(self) -> bytes:
-        """Give what comes after the head, b"" at the end; SourceError if the system refuses."""
+        """Returns the bytes after the head, b"" at the end. Raises SourceError if the system refuses."""
         return self._layer.read()
 
     def rests(self) -> bool:
-        """Tell whether nothing more comes at the moment, though it is not over."""
+        """Returns true if nothing arrives at the moment, though the data has not ended."""
         return self._source.rests()
 
     def close(self) -> None:
-        """Close the source."""
+        """Closes the source."""
         self._source.close()
 
     def unpack(self, form: str) -> None:
-        """Read what is in it, by the name of its compression."""
+        """Unpacks the data, by the name of its compression."""
         self.compression = form
         self._unpacked = Unpacked(_PutBack(self.head, self._layer), form)
         self._under(self._unpacked)
 
     def transcode(self, encoding: str) -> None:
-        """Read it as UTF-8."""
+        """Decodes the data to UTF-8."""
         self._under(Transcoded(_PutBack(self.head, self._layer), encoding))
 
     def _under(self, layer: Layer) -> None:
@@ -120,7 +119,7 @@ class Opened:
         self.head = layer.read()
 
     def told(self, asked: str | None) -> str:
-        """Give the name of what the bytes are; where the format is given, no more than their wrapping is looked for."""
+        """Returns the detected format; if `asked` is given, only compression and encoding are detected."""
         from canalyze._core import sniff
 
         while True:
@@ -138,19 +137,19 @@ class Opened:
 
 
 class Capture:
-    """An open input whose format is known; a context manager."""
+    """An open input of a known format; a context manager."""
 
     def __init__(self, source: Opened, form: str) -> None:
-        """Take over what was opened."""
+        """Takes ownership of an opened source."""
         self.name = source.name
         self.format = form
         """One of the core's FORMATS."""
         self.kind = form
         """The name of its format."""
         self.compression = source.compression
-        """gzip, xz, bzip2 or zstd, if it is compressed."""
+        """gzip, xz, bzip2 or zstd; None if it is not compressed."""
         self.regular = source.regular
-        """Whether it is a file of known end, not a pipe, a terminal or a device."""
+        """True for a regular file, false for a pipe, a terminal or a device."""
         self._source = source
         self.head = source.head
         """The first bytes."""
@@ -159,57 +158,61 @@ class Capture:
 
     @property
     def taken(self) -> int:
-        """Bytes of the file behind it that have been read: what progress counts."""
+        """Number of bytes of the underlying file that have been read, for the progress display."""
         return self._source.taken
 
     @property
     def damage(self) -> Damage | None:
-        """Why the file could be unpacked no further; known when nothing comes any more."""
+        """The damage that ended the data, if any; known at the end."""
         return self._source.damage
 
     @property
     def begins(self) -> bool:
-        """Whether the bytes given last are the first that a new check sum covers."""
+        """True if the bytes returned last are the first that a new checksum covers."""
         return self._source.begins if self._behind_head else self.compression is not None
 
     @property
     def checked(self) -> bool | None:
-        """Whether all that was unpacked so far has a check sum; None: nothing is."""
+        """True if everything unpacked so far has a checksum; None if the file is not compressed."""
         return self._source.checked
 
     def read(self) -> bytes:
-        """Give the next bytes, b"" at the end; SourceError if the system refuses."""
+        """Returns the next bytes, b"" at the end. Raises SourceError if the system refuses."""
         head, self._head = self._head, b""
         self._behind_head = not head
         return head or self._source.read()
 
     def rests(self) -> bool:
-        """Tell whether nothing more comes at the moment, though it is not over."""
+        """Returns true if nothing arrives at the moment, though the data has not ended."""
         return not self._head and self._source.rests()
 
     def remarks(self) -> list[CanalyzeError]:
-        """Give what is to be told of the file since the last call: of bytes there is nothing."""
+        """Returns an empty list; there are no remarks on plain bytes."""
         return []
 
     def __enter__(self) -> Self:
-        """Give the capture itself."""
+        """Returns the capture."""
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Close it."""
+        """Closes the capture."""
         self._source.close()
 
 
 def open_capture(name: str, asked: str | None = None, shown: str | None = None) -> "Capture | PythonCanCapture":
-    """Open the input of that name ('-' is standard input) and find out what it is; SourceError if that cannot be.
+    """Opens the input of that name ('-' is standard input) and detects its format.
 
-    asked: the format that the user says it has, or that what is compressed in it has. shown: its name for people.
+    asked: the format given by the user, also that of compressed data. shown: the name in messages. Raises SourceError
+    if it cannot be opened or read.
     """
     return identified(Source(name, shown), asked)
 
 
 def identified(source: "Source | Memory", asked: str | None = None) -> "Capture | PythonCanCapture":
-    """Find out what a source is, by whatever wrapping; it is closed where that cannot be, which is a SourceError."""
+    """Detects the format of a source, also if it is compressed or of another encoding.
+
+    Closes the source and raises SourceError if it cannot be read.
+    """
     from canalyze._core import FORMATS
 
     try:
@@ -229,7 +232,7 @@ def identified(source: "Source | Memory", asked: str | None = None) -> "Capture 
         if form in BRIDGED.values():
             from canalyze.sources.pythoncan import PythonCanCapture
 
-            return PythonCanCapture(opened, opened.head, form, asked=asked is not None)
+            return PythonCanCapture(opened, opened.head, form, formats=input_formats() if asked else ())
         if form not in FORMATS:
             raise SourceError("source.other", name=source.name, kind=form)
         return Capture(opened, form)

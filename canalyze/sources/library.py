@@ -1,7 +1,7 @@
-"""python-can, imported with no more than what is read needs.
+"""Imports python-can without asammdf, unless MF4 is read or written.
 
-That library looks for asammdf when it is imported, which is there for MF4 alone and takes four times as long as all the
-rest. So it does not find it until an MF4 file comes. Must not: read or write anything.
+python-can imports asammdf if it is installed, which takes four times as long as everything else and is needed for
+MF4 alone; so it is hidden until then. Must not: read or write anything.
 """
 
 import importlib
@@ -15,7 +15,7 @@ _ASAMMDF: Final = "asammdf"
 
 
 def library(*, mf4: bool = False) -> ModuleType:
-    """Give python-can, its reader and writer of MF4 only if asked for; ImportError if asammdf is not there then."""
+    """Returns the module `can`. With `mf4` its MF4 classes work; raises ImportError if asammdf is not installed."""
     if not mf4:
         return _without_asammdf()
     import can
@@ -30,7 +30,7 @@ def library(*, mf4: bool = False) -> ModuleType:
 
 
 def has_asammdf() -> bool:
-    """Whether asammdf is installed."""
+    """Returns true if asammdf is installed."""
     return importlib.util.find_spec(_ASAMMDF) is not None
 
 

@@ -1,8 +1,8 @@
-"""A live bus as an input: what a bus, or several of them, give is received at once, and read as a capture is.
+"""Live buses as an input: frames are received at once in threads, and read as those of a capture.
 
-One thread for each source takes blocks from it (the core's `readers/live/` says what a block is), gives them to the
-recording and lays them into a queue that `Live.read` empties. So receiving never waits for whoever reads: when the
-queue is full, blocks are left out of it, counted, and the core told. Must not: look into a frame, or send one.
+One thread for each source receives blocks (defined in the core's `readers/live/`), passes them to the recording
+and appends them to a queue that `Live.read` empties. Receiving therefore never waits for the reader: if the
+queue is full, blocks are dropped and counted, and the core is informed. Must not: look into a frame, or send one.
 """
 
 import struct
@@ -19,57 +19,57 @@ from canalyze.errors import CanalyzeError, SourceError
 BUS, MESSAGES, RECORDS, DROPPED, UNTIL, GAP = range(1, 7)
 """Kinds of blocks, as the core numbers them."""
 RELEASE_ALL: Final = 2**63 - 1
-"""An `until` that releases what is held and lets time stand."""
+"""An `until` that releases all held frames without advancing time."""
 MOST_BUSES: Final = 256
-"""Buses that have an index."""
+"""Maximum number of buses."""
 TICK_S: Final = 0.1
-"""What a source waits at most before it says how late it is."""
+"""Maximum wait of a source before it reports its time."""
 MARGIN_NS: Final = 20_000_000
-"""How long after its stamp a frame may still come from the kernel."""
+"""Maximum delay between the stamp of a frame and its arrival from the kernel."""
 
 _HEAD: Final = struct.Struct("<BBBxIq")
 _MOST: Final = 64 << 20
-"""Bytes that wait for the reader at most."""
+"""Maximum number of bytes that wait for the reader."""
 _GIVEN: Final = 1 << 20
-"""Bytes that are given at once at most, so that the reader stays in reach."""
+"""Maximum number of bytes returned at once, so that the reader stays responsive."""
 _WAIT_S: Final = 1.5 * TICK_S
-"""How long `read` waits; a source that says how late it is comes before."""
+"""Maximum wait of `read`, longer than that of a source."""
 _REMARKS: Final = 100
-"""Remarks that wait to be told at most."""
+"""Maximum number of waiting remarks."""
 _JOIN_S: Final = 2.0
-"""How long the end waits for a thread."""
+"""Maximum wait for a thread at the end."""
 _LAST_S: Final = 0.5
-"""How long what has come already is taken at the end."""
+"""Maximum time for which waiting frames are received at the end."""
 _LAST: Final = 8
-"""So often it is taken at least, however long that lasts: a machine may stall just then."""
+"""Minimum number of attempts to receive them, for a machine that stalls just then."""
 
 
 class LinkLost(Exception):
-    """A channel cannot be listened to any more, or not yet."""
+    """A channel that cannot be listened to any more, or not yet."""
 
     def __init__(self, channel: str, reason: str | OSError | SourceError) -> None:
-        """`reason` is said as it is if it is a SourceError, else behind the channel's name."""
+        """Keeps the reason; one that is not a SourceError is prefixed with the channel's name."""
         super().__init__(channel, reason)
         self.channel = channel
         self.reason = reason
 
     @property
     def error(self) -> SourceError:
-        """The line that says it."""
+        """The error to report."""
         if isinstance(self.reason, SourceError):
             return self.reason
         return SourceError("live.lost", channel=self.channel, error=self.reason)
 
 
 class Ended(Exception):
-    """A source is over: nothing will ever come again, and nothing is wrong."""
+    """A source has ended without an error."""
 
 
 class Bus(Protocol):
-    """What is received from: one or several channels.
+    """A source of frames with one or several channels.
 
-    Further methods are used where there are: `remarks() -> list[CanalyzeError]` is to be told since the last call;
-    `ending() -> bytes` gives the last blocks when nothing will be received any more.
+    Optional methods: `remarks() -> list[CanalyzeError]` returns the remarks since the last call; `ending() -> bytes`
+    returns the last blocks after receiving has ended.
     """
 
     @property
@@ -78,72 +78,75 @@ class Bus(Protocol):
 
     @property
     def first(self) -> int:
-        """The bus index of the first of them."""
+        """The bus index of the first channel."""
 
     def receive(self, timeout_s: float) -> bytes:
-        """Give whole blocks, with an `until` at least every TICK_S; b"" if nothing came in this time.
+        """Returns whole blocks, with an `until` at least every TICK_S; b"" if nothing came in this time.
 
-        LinkLost once for each channel that goes; where there are several, the others are received on. Ended when it
-        is over. SourceError when it cannot go on.
+        Raises LinkLost once for each channel that is lost; the other channels are received further. Raises Ended at the
+        end, and SourceError if it cannot continue.
         """
 
     def reopen(self) -> bool:
-        """Try again all channels that are lost; True when none is."""
+        """Tries to reopen all lost channels; returns true if all are open."""
 
     def close(self) -> None:
-        """Let it go; twice is harmless."""
+        """Closes all channels; closing twice is harmless."""
 
 
 class Recording(Protocol):
-    """What takes everything that is seen, in the thread that receives it."""
+    """A recording of all frames, written in the thread that receives them."""
 
     def take(self, blocks: bytes) -> None:
-        """Take whole blocks; never raises."""
+        """Appends whole blocks; never raises."""
 
     def remarks(self) -> list[CanalyzeError]:
-        """Give what is to be told since the last call."""
+        """Returns the remarks since the last call."""
 
     def close(self) -> None:
-        """Complete it."""
+        """Completes the recording."""
 
 
 def block(kind: int, bus: int = 0, which: int = 0, number: int = 0, payload: bytes = b"") -> bytes:
-    """Give a block."""
+    """Returns a block."""
     return _HEAD.pack(kind, bus, which, len(payload), number) + payload
 
 
 def head(kind: int, bus: int, which: int, size: int, number: int) -> bytes:
-    """Give the head of a block with a payload of `size` bytes."""
+    """Returns the head of a block with a payload of `size` bytes."""
     return _HEAD.pack(kind, bus, which, size, number)
 
 
 def name_block(bus: int, name: str) -> bytes:
-    """Say how a bus is called, before it is used."""
+    """Returns the block that names a bus; it precedes all others of that bus."""
     return block(BUS, bus, payload=name.encode("utf-8", "backslashreplace"))
 
 
 def records_block(bus: int, records: bytes, count: int) -> bytes:
-    """Give `count` frames as records of `packed`."""
+    """Returns a block of `count` frames as records of `packed`."""
     return block(RECORDS, bus, number=count, payload=records)
 
 
 def dropped_block(bus: int, count: int, *, which: int = 0) -> bytes:
-    """Say that so many frames are lost: by the kernel or the driver (0), or not shown because reading was slow (1)."""
+    """Returns the block for lost frames.
+
+    which: 0 if the kernel or the driver dropped them, 1 if the reader was too slow.
+    """
     return block(DROPPED, bus, which, count)
 
 
 def until_block(ns: int) -> bytes:
-    """Say that every frame stamped up to here was given."""
+    """Returns the block that says that all frames stamped up to `ns` have been delivered."""
     return block(UNTIL, number=ns)
 
 
 def gap_block(bus: int, *, away: bool = False) -> bytes:
-    """Say that frames may be missing from here on, until there is one again; away: the bus itself is gone."""
+    """Returns the block that says that frames may be missing until the next one; away: the bus itself is gone."""
     return block(GAP, bus, away)
 
 
 def heads(blocks: bytes) -> Iterator[tuple[int, int, int, int, int]]:
-    """Give kind, bus, number, begin and end of each block."""
+    """Yields kind, bus, number, begin and end of each block."""
     at = 0
     while at < len(blocks):
         kind, bus, _, size, number = _HEAD.unpack_from(blocks, at)
@@ -153,7 +156,7 @@ def heads(blocks: bytes) -> Iterator[tuple[int, int, int, int, int]]:
 
 
 class Live:
-    """Live buses with the face of `format.Capture`; a context manager."""
+    """Live buses with the interface of `format.Capture`; a context manager."""
 
     format: Final = "live"
     kind: Final = "live"
@@ -172,19 +175,19 @@ class Live:
         duration_s: float | None = None,
         most: int = _MOST,
     ) -> None:
-        """Take over the buses; the recording is not closed here.
+        """Takes ownership of the buses, not of the recording.
 
-        A channel that is lost is waited for while there are others; reconnect: also when it was the last one.
-        duration_s: how long, from the start. most: bytes that wait for the reader at most.
+        A lost channel is waited for while there are others; reconnect: also if it was the last one. duration_s: the
+        time after which it ends. most: maximum number of bytes that wait for the reader.
         """
         self.names = [name for bus in buses for name in bus.names]
         self.name = ", ".join(self.names)
         self.taken = 0
-        """Bytes that were read."""
+        """Number of bytes read."""
         self.unshown = 0
-        """Frames that were left out because the reader was too slow."""
+        """Number of frames dropped because the reader was too slow."""
         self.failure: SourceError | None = None
-        """Why it ended before its time."""
+        """The error that ended it early."""
         self._buses = list(buses)
         self._recording = recording
         self._reconnect = reconnect
@@ -195,42 +198,42 @@ class Live:
         self._threads: list[threading.Thread] = []
         self._stopped = self._at_once = self._closed = False  # plain flags: a signal's handler sets them
         self._feeding = threading.Lock()
-        """Held while blocks are handed over: the recording and the queue get them in the same order."""
+        """Held while blocks are passed on, so that the recording and the queue get them in the same order."""
         self._arrived = threading.Condition()
         self._queue: deque[bytes] = deque()
         self._waiting = 0
         self._left_out: dict[int, int] | None = None
-        """Frames left out of the queue since it was full, by bus; None while it is not."""
+        """Number of dropped frames since the queue was full, by bus; None while it is not full."""
         self._running: set[int] = set()
         self._listening: set[int] = set()
         """Sources that are not lost."""
         self._away: dict[int, dict[str, SourceError]] = {}
-        """By source the channels that are lost, and why."""
+        """The lost channels of each source, with the reason."""
         self._until: dict[int, int] = {}
-        """Up to where each source has given its frames: only of those that are listened to."""
+        """The time up to which each connected source has delivered its frames."""
         self._merged: int | None = None
         self._last = b""
-        """What was given last."""
+        """The blocks passed on last."""
         self._behind: int | None = None
-        """How far the frames' clock was behind the host's when a channel was lost; None before there was any time."""
+        """The delay of the frames' clock against the host's when a channel was lost; None before the first time."""
         self._remarks: list[CanalyzeError] = []
         self._told = False
 
     @property
     def away(self) -> frozenset[str]:
-        """The channels that are lost and waited for."""
+        """The lost channels that are waited for."""
         with self._arrived:
             return frozenset(name for lost in self._away.values() for name in lost)
 
     @property
     def waiting(self) -> bool:
-        """Whether nothing can come: all channels are lost and waited for."""
+        """True if all channels are lost and waited for."""
         with self._arrived:
             there = sum(len(self._buses[place].names) for place in self._running)
             return bool(self._away) and len(self.away) == there
 
     def start(self) -> None:
-        """Begin to receive; `read` does it otherwise."""
+        """Starts to receive; `read` starts it otherwise."""
         if self._threads or self._closed:
             return
         if self._duration_s is not None:
@@ -247,11 +250,14 @@ class Live:
             thread.start()
 
     def rests(self) -> bool:
-        """Tell whether nothing more comes at the moment: a bus says the time itself."""
+        """Returns false; a bus reports the time itself."""
         return False
 
     def read(self) -> bytes:
-        """Give what came, soon also if nothing came; b"" at the end. SourceError, once, if a source has failed."""
+        """Returns new blocks, or after a short wait a block without news; b"" at the end.
+
+        Raises SourceError once if a source has failed.
+        """
         self.start()
         with self._arrived:
             self._arrived.wait_for(lambda: self._queue or not self._running or self._at_once, _WAIT_S)
@@ -269,7 +275,7 @@ class Live:
         return blocks
 
     def remarks(self) -> list[CanalyzeError]:
-        """Give what is to be told since the last call, for standard error."""
+        """Returns the remarks since the last call, for standard error."""
         with self._arrived:
             remarks, self._remarks = self._remarks, []
         for one in (*self._buses, self._recording):
@@ -279,13 +285,13 @@ class Live:
         return remarks
 
     def stop(self, *, now: bool = False) -> None:
-        """End the receiving; what was received is still read, but with `now`. A signal's handler may call it."""
+        """Ends receiving; with `now` waiting blocks are discarded. Safe to call in a signal handler."""
         self._stopped = True
         if now:
             self._at_once = True
 
     def close(self) -> None:
-        """End it; in bounded time, whatever a source does."""
+        """Ends receiving, in bounded time even if a source blocks."""
         self._stopped = self._closed = True
         deadline = time.monotonic() + _JOIN_S
         for thread in self._threads:
@@ -295,11 +301,11 @@ class Live:
                 bus.close()
 
     def __enter__(self) -> Self:
-        """Give it."""
+        """Returns the input."""
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """End it."""
+        """Ends receiving."""
         self.close()
 
     def _end(self) -> bytes:
@@ -309,7 +315,7 @@ class Live:
         return b""
 
     def _nothing_new(self) -> bytes:
-        """Give what says nothing, so that whoever reads can look after other things."""
+        """Returns a block without news, so that the reader can do other work."""
         return until_block(RELEASE_ALL if self._merged is None else self._merged)
 
     # What follows runs in the threads.
@@ -346,7 +352,7 @@ class Live:
             self._deliver(place, ending())
 
     def _take_the_rest(self, place: int, bus: Bus) -> None:
-        """Take what had come by the end; not without end where ever more comes."""
+        """Receives the frames that have arrived by the end, for a bounded time."""
         enough = time.monotonic() + _LAST_S
         lost = calls = 0
         while not self._at_once and (calls < _LAST or time.monotonic() < enough):
@@ -368,7 +374,7 @@ class Live:
         return max(0.0, min(TICK_S, self._deadline - time.monotonic()))
 
     def _lost(self, place: int, bus: Bus, lost: LinkLost) -> None:
-        """Say that a channel cannot be listened to; SourceError where there is none left and none is waited for."""
+        """Reports a lost channel. Raises SourceError if none is left and none is waited for."""
         names = list(bus.names)
         index = bus.first + names.index(lost.channel) if lost.channel in names else bus.first
         with self._feeding:
@@ -382,12 +388,12 @@ class Live:
         self._remark(SourceError("live.waiting", reason=lost.error, channel=lost.channel))
 
     def _need_one(self, error: SourceError) -> None:
-        """Raise why it ends where no channel is left and none is waited for."""
+        """Raises the error that ends it, if no channel is left and none is waited for."""
         if self.waiting and not self._reconnect and not self._over:
             raise SourceError("live.gone", reason=error)
 
     def _wait_for(self, place: int, bus: Bus) -> None:
-        """Wait until all lost channels are back; what there is of others is received meanwhile."""
+        """Waits until all lost channels are back, and receives from the others meanwhile."""
         pause = 0.2
         others = len(bus.names) > 1
         if not others:
@@ -415,7 +421,7 @@ class Live:
             pause = min(pause * 1.25, 1.0)
 
     def _pass_time(self) -> None:
-        """Let the frames' time go on by the host's clock where no source is left that does."""
+        """Advances the frames' time by the host's clock if no source is connected."""
         with self._feeding:
             if not self._listening and self._behind is not None:
                 self._hand_over(until_block(time.time_ns() - self._behind))
@@ -427,7 +433,7 @@ class Live:
             self._hand_over(blocks if len(self._buses) == 1 else self._one_time(place, blocks))
 
     def _one_time(self, place: int, blocks: bytes) -> bytes:
-        """Make of the times of several sources one: that of the source which is behind."""
+        """Merges the times of several sources to that of the source that is furthest behind."""
         kept = []
         until = None
         for kind, _, number, at, end in heads(blocks):
@@ -462,12 +468,12 @@ class Live:
                 self._arrived.notify()
 
     def _dropped(self) -> bytes:
-        """Say what was left out until now."""
+        """Returns blocks for the frames dropped so far."""
         left_out, self._left_out = self._left_out or {}, None
         return b"".join(dropped_block(bus, count, which=1) for bus, count in sorted(left_out.items()) if count)
 
     def _short(self, blocks: bytes, left_out: dict[int, int]) -> bytes:
-        """Give what is not left out when the queue is full: what is said of the buses themselves."""
+        """Returns the blocks that are kept if the queue is full: those about the buses, without frames."""
         kept = []
         for kind, bus, number, at, end in heads(blocks):
             if kind in (MESSAGES, RECORDS):
@@ -489,12 +495,12 @@ class Live:
             self._arrived.notify_all()
 
     def _forget(self, place: int) -> None:
-        """Wait for the time of a source no longer."""
+        """Stops waiting for the time of a source."""
         self._listening.discard(place)
         self._until.pop(place, None)
 
     def _fail(self, error: SourceError) -> None:
-        """End everything for a reason that is said when all that came was read."""
+        """Ends everything; `read` raises the error after the waiting blocks."""
         with self._arrived:
             self.failure = self.failure or error
         self._stopped = True

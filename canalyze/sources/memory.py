@@ -1,7 +1,7 @@
-"""A capture that is in memory, as an input: the face of `file.Source` over bytes that are already there.
+"""A capture in memory as an input, with the interface of `file.Source`.
 
-What other libraries hand over one by one becomes such bytes: messages of python-can the records of `packed`, messages
-of MCAP's own reader a file of MCAP. Must not: know a format itself.
+Messages of python-can become the records of `packed`, messages of MCAP's own reader an MCAP file. Must not: know a
+format itself.
 """
 
 import struct
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from can import Message
 
 _MESSAGE: Final = ("arbitration_id", "data", "timestamp", "dlc")
-"""What a message of python-can has, and nothing else has together."""
+"""Attributes that only a message of python-can has together."""
 
 
 class Memory:
@@ -30,37 +30,37 @@ class Memory:
     path: Final = None
 
     def __init__(self, name: str, data: bytes) -> None:
-        """Take the bytes; `name` is for people."""
+        """Wraps `data`; `name` is used in messages."""
         self.name = name
         self.taken = 0
         self._data = memoryview(data)
 
     def read(self) -> bytes:
-        """Give the next bytes, b"" at the end."""
+        """Returns the next bytes, b"" at the end."""
         given = bytes(self._data[self.taken : self.taken + CHUNK])
         self.taken += len(given)
         return given
 
     def rests(self) -> bool:
-        """Tell whether nothing more comes at the moment: all is there."""
+        """Returns false; everything is there."""
         return False
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Does nothing."""
 
 
 def is_message(one: object) -> bool:
-    """Tell whether it is a message of python-can, or as good as one."""
+    """Returns true for a message of python-can, or an object with its attributes."""
     return all(hasattr(one, name) for name in _MESSAGE)
 
 
 def is_mcap(one: object) -> bool:
-    """Tell whether it is what a reader of MCAP gives: schema, channel, message, and perhaps what that means."""
+    """Returns true for an item of MCAP's reader: schema, channel, message, and optionally the decoded message."""
     return isinstance(one, tuple) and len(one) in (3, 4) and hasattr(one[1], "topic") and hasattr(one[2], "log_time")
 
 
 def bus_of(channel: object) -> str:
-    """Give the name of the bus behind a channel of a message; "" for None."""
+    """Returns the name of the bus for a message's channel; "" for None."""
     if channel is None:
         return ""
     from canalyze.sources.buses import bus_name
@@ -69,7 +69,10 @@ def bus_of(channel: object) -> str:
 
 
 def records(messages: Iterable["Message"]) -> bytes:
-    """Give messages as records of the core. Where none has a stamp above 0, all are without; TypeError for others."""
+    """Returns messages as records of the core. Raises TypeError for other objects.
+
+    If no message has a stamp above 0, all are without stamps.
+    """
     packer = packed.Packer(6, directed=True, bus=bus_of)
     out = bytearray(packed.dialect("reader", "python-can"))
     for number, message in enumerate(_stamped(messages), 1):
@@ -85,7 +88,7 @@ def records(messages: Iterable["Message"]) -> bytes:
 
 
 def _stamped(messages: Iterable["Message"]) -> Iterator["Message"]:
-    """Take stamps of 0 away where no message has another: they are only what was never set."""
+    """Yields the messages; if all stamps are 0, they were never set and are removed."""
     from copy import copy
 
     waiting: list[Message] = []
@@ -102,7 +105,7 @@ def _stamped(messages: Iterable["Message"]) -> Iterator["Message"]:
 
 
 def mcap_file(messages: Iterable[tuple[Any, ...]]) -> bytes:
-    """Give messages of MCAP's own reader as a file; SourceError where the library is not installed."""
+    """Returns messages of MCAP's own reader as a file. Raises SourceError if the library is not installed."""
     try:
         from mcap.writer import Writer
     except ImportError as error:

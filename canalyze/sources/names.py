@@ -1,17 +1,19 @@
-"""Names of captures as they were given: patterns that no shell has expanded become the files that they name.
+"""Names of captures: patterns and directories are expanded to files, and globs match names.
 
 Must not: open a file.
 """
 
 import glob
 import os
+import re
 import shlex
 from collections.abc import Iterable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Final, NamedTuple
 
 from canalyze.errors import SourceError
-from canalyze.sources.compression import COMPRESSIONS
+from canalyze.sources.compressed import COMPRESSIONS
 from canalyze.sources.file import STDIN
 
 CAPTURES: Final = frozenset(
@@ -20,22 +22,22 @@ CAPTURES: Final = frozenset(
         *(".sqlite", ".sqlite3", ".trc", ".txt"),
     }
 )
-"""How names of captures end."""
+"""Suffixes of capture files."""
 
 
 def unpacked(name: str) -> Path:
-    """Give the name that a capture has without its compression."""
+    """Returns the name of a capture without the suffix of its compression."""
     path = Path(name)
     return path.with_suffix("") if path.suffix.lower() in {one.suffix for one in COMPRESSIONS.values()} else path
 
 
 def named_as_capture(name: str) -> bool:
-    """Tell whether a file that nobody has named is to be taken for a capture."""
+    """Returns true if a file in a directory is a capture by its name."""
     return not Path(name).name.startswith(".") and unpacked(name).suffix.lower() in CAPTURES
 
 
 def below(folder: str) -> Iterator[str]:
-    """Iterate over the files below a folder that are named as captures are."""
+    """Yields the files below a folder that are captures by their names."""
     for inside, folders, files in os.walk(folder):
         folders[:] = sorted(one for one in folders if not one.startswith("."))
         yield from (os.path.join(inside, one) for one in sorted(files) if named_as_capture(one))  # noqa: PTH118
@@ -46,17 +48,17 @@ class Named(NamedTuple):
 
     name: str
     error: SourceError | None = None
-    """Why there is none of that name."""
+    """The reason if there is no such file."""
 
 
 def expanded(names: Iterable[str]) -> Iterator[Named]:
-    """Give every file once, in the order given, sorted those of a pattern or a directory; `**` enters directories."""
+    """Yields every file once, in the given order; those of a pattern or a directory sorted. `**` enters directories."""
     seen: set[str] = set()
     for name in names:
         if name == STDIN or not glob.has_magic(name) or os.path.lexists(name):
             found = [name]
         else:
-            # Not pathlib's, which gives other names than a shell: without ./ and, before 3.13, with hidden files.
+            # Not pathlib's, whose names differ from a shell's: without ./ and, before 3.13, with hidden files.
             found = sorted(one for one in glob.glob(name, recursive=True) if not Path(one).is_dir())  # noqa: PTH207
             if not found:
                 yield Named(name, SourceError("source.no_match", name=name))
@@ -69,3 +71,43 @@ def expanded(names: Iterable[str]) -> Iterator[Named]:
             if one not in seen:
                 seen.add(one)
                 yield Named(one)
+
+
+_GLOB: Final = re.compile(r"((?:(?:^|(?<=/))\*\*/)+|\*\*|\*|\?|\[!?\]?[^\]]*\])")
+_WILDCARDS: Final = {"*": "[^/]*?", "**": ".*?", "**/": "(?:.*?/)??"}
+
+
+@cache
+def matching(glob: str) -> re.Pattern[str]:
+    """Returns the regular expression of a glob, for `fullmatch`.
+
+    `*` and `?` stay within a directory, `**` does not, `**/` in place of a directory matches any number of them,
+    `[a-z]` and `[!a-z]` are one character. An invalid set is literal. The first match of the text between two wildcards
+    is final (an atomic group), which finds every match and keeps the time short for any glob.
+    """
+    parts = [("", "")]
+    for place, piece in enumerate(_GLOB.split(glob)):
+        wildcard, fixed = parts[-1]
+        if place % 2 and piece[0] == "*":
+            parts.append((piece[:3], ""))
+        else:
+            parts[-1] = wildcard, fixed + (_character(piece) if place % 2 else re.escape(piece))
+    found = group = ""
+    for number, (wildcard, fixed) in enumerate(parts, 1):
+        piece = _WILDCARDS.get(wildcard, "") + fixed
+        if wildcard != "*":
+            found, group = f"{found}(?>{group})", piece
+        else:
+            group += piece if number == len(parts) else f"(?>{piece})"
+    try:
+        return re.compile(found + group, re.DOTALL)
+    except re.error:  # [z-a]
+        return re.compile(re.escape(glob))
+
+
+def _character(piece: str) -> str:
+    """Returns the regular expression of `?` or a set."""
+    if piece == "?":
+        return "[^/]"
+    members = re.sub(r"([\\\[\]^&~|])", r"\\\1", piece[1:-1].removeprefix("!"))
+    return f"(?!/)[{'^' if piece[1] == '!' else ''}{members}]"

@@ -1,8 +1,8 @@
-"""The CAN interfaces of this host: which there are, a socket that listens to one, and in words why there is none.
+"""The CAN interfaces of this host: their names, listening sockets, and errors that explain a failure.
 
-Everything is asked of the kernel through sockets, so that it is right in a network namespace too. Must not: read or
-send a frame, or change an interface. Linux only, but importing it is fine anywhere; the numbers are those of the
-kernel's generic headers.
+Everything is queried from the kernel through sockets, so that it is right in a network namespace too. Must not: read
+or send a frame, or change an interface. Linux only, but importing it is fine anywhere; the constants are those of
+the kernel's generic headers.
 """
 
 import errno
@@ -17,11 +17,11 @@ from typing import Final
 from canalyze.errors import SourceError
 
 BUFFER: Final = 16 << 20
-"""Bytes of a socket's buffer that are asked for: some 20 000 frames, a second of the fastest classic bus."""
+"""Requested size of a socket's buffer in bytes: some 20 000 frames, a second of the fastest classic bus."""
 TIMESTAMPNS, TIMESTAMPING, RXQ_OVFL = 35, 37, 40
-"""What stands beside a frame: the kernel's stamp, the hardware's, the drops of its socket so far."""
+"""Control messages of a frame: the kernel's stamp, the hardware's stamp, the drops of its socket so far."""
 HOPELESS: Final = ("live.no_can", "live.not_linux", "live.forbidden", "live.not_can", "live.not_can_none")
-"""Errors that waiting does not help against."""
+"""Errors that waiting does not resolve."""
 
 _AF_CAN, _CAN_RAW, _SOL_CAN_RAW = 29, 1, 101
 _FILTER, _ERR_FILTER, _FD_FRAMES = 1, 2, 5
@@ -36,7 +36,7 @@ _SIOCGIFFLAGS, _SIOCGIFHWADDR, _IFF_UP, _ARPHRD_CAN = 0x8913, 0x8927, 1, 280
 
 
 def interfaces() -> tuple[list[str], list[str]]:
-    """Give the CAN interfaces of this host: those that are up, and those that are down."""
+    """Returns the CAN interfaces of this host: those that are up, and those that are down."""
     up: list[str] = []
     down: list[str] = []
     with suppress(OSError):
@@ -47,7 +47,10 @@ def interfaces() -> tuple[list[str], list[str]]:
 
 
 def opened(name: str, *, hardware_stamps: bool = False) -> tuple[socket.socket, bool]:
-    """Give a socket that receives all that an interface sees, and whether its buffer is small; SourceError if none."""
+    """Returns a socket that receives all frames of an interface, and true if its buffer is small.
+
+    Raises SourceError if the interface cannot be listened to.
+    """
     listening = can_socket(name)
     try:
         if _ask(name, _SIOCGIFFLAGS) is None:
@@ -68,7 +71,7 @@ def opened(name: str, *, hardware_stamps: bool = False) -> tuple[socket.socket, 
 
 
 def watching(name: str) -> socket.socket | None:
-    """Give a socket that gets a frame only when the controller goes bus-off; None where the kernel refuses."""
+    """Returns a socket that receives a frame only if the controller goes bus-off; None if the kernel refuses."""
     try:
         watch = can_socket(name)
     except SourceError:
@@ -84,7 +87,7 @@ def watching(name: str) -> socket.socket | None:
 
 
 def bit_rate(name: str) -> int | None:
-    """Give the bit rate in bit/s that an interface is set to; None where it has none (vcan), or none is told."""
+    """Returns the bit rate of an interface in bit/s; None if it has none (vcan) or it is unknown."""
     if not hasattr(socket, "AF_NETLINK"):
         return None
     try:
@@ -98,7 +101,7 @@ def bit_rate(name: str) -> int | None:
 
 
 def told_bit_rate(answer: bytes) -> int | None:
-    """Find the bit rate in what the kernel says of a link (RTM_NEWLINK)."""
+    """Returns the bit rate in a link message of the kernel (RTM_NEWLINK)."""
     if len(answer) < _HEADS or struct.unpack_from("@H", answer, 4) != (_NEWLINK,):
         return None
     info = _attributes(_attributes(answer[_HEADS:]).get(_LINKINFO, b""))
@@ -110,7 +113,7 @@ def told_bit_rate(answer: bytes) -> int | None:
 
 
 def _attributes(text: bytes) -> dict[int, bytes]:
-    """Take netlink attributes apart: each a length with its head of 4 bytes, a kind, and filled up to 4 bytes."""
+    """Parses netlink attributes: each a length including its head of 4 bytes, a kind, padded to 4 bytes."""
     found: dict[int, bytes] = {}
     at = 0
     while at + 4 <= len(text):
@@ -123,7 +126,7 @@ def _attributes(text: bytes) -> dict[int, bytes]:
 
 
 def _set_up(listening: socket.socket, *, hardware_stamps: bool) -> bool:
-    """Set what is wished of a socket; True if its buffer is smaller than asked for."""
+    """Sets the options of a socket; returns true if its buffer is smaller than requested."""
     options: list[tuple[int, int, int]] = [
         (_SOL_CAN_RAW, _FD_FRAMES, 1),
         (_SOL_CAN_RAW, _ERR_FILTER, _ALL_ERRORS),
@@ -144,7 +147,7 @@ def _set_up(listening: socket.socket, *, hardware_stamps: bool) -> bool:
 
 
 def can_socket(name: str) -> socket.socket:
-    """Give a new socket for CAN; SourceError, about that interface, if there cannot be one."""
+    """Returns a new CAN socket. Raises SourceError for that interface if that fails."""
     if not hasattr(socket, "AF_CAN"):
         raise SourceError("live.not_linux", channel=name)
     try:
@@ -154,7 +157,7 @@ def can_socket(name: str) -> socket.socket:
 
 
 def _refused(name: str, error: OSError) -> SourceError:
-    """Say why a socket cannot be had."""
+    """Returns the error for a socket that cannot be opened."""
     if error.errno in (errno.EAFNOSUPPORT, errno.EPROTONOSUPPORT):
         return SourceError("live.no_can", channel=name)
     if error.errno in (errno.EPERM, errno.EACCES):
@@ -165,7 +168,7 @@ def _refused(name: str, error: OSError) -> SourceError:
 
 
 def missing(name: str) -> SourceError:
-    """Say that there is no such interface, and which there are."""
+    """Returns the error for an unknown interface, with the interfaces that exist."""
     there = _listed()
     if there:
         return SourceError("live.missing", channel=name, there=there)
@@ -173,7 +176,7 @@ def missing(name: str) -> SourceError:
 
 
 def went(name: str, error: OSError) -> SourceError:
-    """Say why an interface cannot be listened to any more."""
+    """Returns the error for an interface that was lost."""
     if _ask(name, _SIOCGIFFLAGS) is None:
         return SourceError("live.unplugged", channel=name)
     if error.errno == errno.ENETDOWN or not _is_up(name):
@@ -189,7 +192,7 @@ def _listed() -> str:
 
 
 def bring_up(name: str) -> str:
-    """Give the command that brings an interface up: a virtual one has no bit rate."""
+    """Returns the command that brings an interface up; a virtual one has no bit rate."""
     virtual = "/virtual/" in os.path.realpath(Path("/sys/class/net", name)) or name.startswith(("v", "slcan"))
     return f"sudo ip link set {name} up" + ("" if virtual else " type can bitrate 500000")
 
@@ -204,7 +207,7 @@ def _is_up(name: str) -> bool:
 
 
 def _ask(name: str, request: int) -> int | None:
-    """Ask the kernel for a number of an interface; None if there is no such interface."""
+    """Queries a number of an interface from the kernel; returns None if there is no such interface."""
     if sys.platform == "win32":
         return None
     import fcntl

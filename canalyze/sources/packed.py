@@ -1,6 +1,6 @@
-"""The records in which frames are handed to the core: the Python face of the core's `readers/packed.rs`.
+"""The records in which frames are passed to the core: the Python side of the core's `readers/packed.rs`.
 
-That file says how a record looks; this one packs what a python-can message holds. Must not: know a format.
+The layout of a record is documented there; this module packs messages of python-can. Must not: know a format.
 """
 
 import struct
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 _FRAME: Final = struct.Struct("<BBBBBBBxIIq").pack
 _OTHER: Final = struct.Struct("<BBHIqq").pack
-_BUS, _START, _DAMAGE, _UNREADABLE, _PASSED_OVER, _DIALECT, _LEFT_OUT = 2, 3, 4, 5, 6, 7, 9
+_BUS, _DAMAGE, _UNREADABLE, _DIALECT = 2, 4, 5, 7
 _STAMP, _FD, _BRS, _ESI, _RX, _TX = 1, 2, 4, 8, 16, 32
 _EFF, _RTR, _ERR = 0x8000_0000, 0x4000_0000, 0x2000_0000
 _MOST_ID: Final = 0x1FFF_FFFF
@@ -20,53 +20,38 @@ _MOST_BUSES: Final = 256
 _MOST_SECONDS: Final = 9.2e9
 """Seconds whose ns fit 64 bits."""
 _STEPS: Final = tuple(10 ** (9 - decimals) for decimals in range(10))
-"""The ns of the last digit of a stamp, by the digits behind the point."""
+"""The ns of the last digit of a stamp, by its number of decimals."""
 
 PROPERTIES: Final = ("reader", "version", "application", "channels")
 """Properties of a dialect, as the core numbers them."""
 CUT, CHECKSUM, STRUCTURE, COMPRESSION, REST = range(5)
 """Kinds of damage, as the core numbers them."""
 NO_FRAME, IDENTIFIER, LENGTH, DATA, CUT_LINE = range(5)
-"""Why a line cannot be read, as the core numbers it."""
+"""Reasons for an unreadable line, as the core numbers them."""
 
 SURE_BELOW: Final = 4e6
-"""Seconds up to which a float holds every ns (2**53 ns are 104 days); above, as for a date, µs are sure."""
+"""Seconds below which a float is exact to the ns (2**53 ns are 104 days); above, as for dates, to the µs."""
 
 
 def nanoseconds(seconds: float) -> int:
-    """Give a stamp in ns, rounded to what is sure of a float of its size; ValueError, OverflowError if it is none."""
+    """Returns a stamp in ns, rounded to the precision of a float. Raises ValueError or OverflowError if it is none."""
     if -SURE_BELOW < seconds < SURE_BELOW:
         return round(seconds * 1e9)
     return round(seconds * 1e6) * 1000
 
 
-def start(date_ns: int) -> bytes:
-    """Stamps from here on count from this date."""
-    return _other(_START, 0, date_ns)
-
-
 def damage(kind: int, offset: int, size: int | None = None) -> bytes:
-    """A part of the file is lost, `size` bytes of it."""
+    """Returns the record for a lost part of the file, of `size` bytes."""
     return _other(_DAMAGE, kind, offset, -1 if size is None else size)
 
 
 def unreadable(reason: int, line: int) -> bytes:
-    """A line (or row) cannot be read."""
+    """Returns the record for a line or row that cannot be read."""
     return _other(_UNREADABLE, reason, line)
 
 
-def passed_over(what: str, count: int) -> bytes:
-    """So many records of a kind are no frames."""
-    return _other(_PASSED_OVER, 0, count, text=what)
-
-
-def left_out(rows: int | None, line: int, last: int | None = None) -> bytes:
-    """Rows are missing before this line; `last` is the number of the row before the gap, where rows have numbers."""
-    return _other(_LEFT_OUT, 0, -1 if rows is None else rows, -1 if last is None else last, text=str(line))
-
-
 def dialect(name: str, value: str) -> bytes:
-    """A property of the file, one of PROPERTIES."""
+    """Returns the record for a property of the file, one of PROPERTIES."""
     return _other(_DIALECT, PROPERTIES.index(name), text=value)
 
 
@@ -76,22 +61,22 @@ def _other(kind: int, which: int, number: int = 0, further: int = 0, *, text: st
 
 
 class Unfit(Exception):
-    """What a reader gave is no frame; `reason` is one of the core's."""
+    """A message that is no valid frame; `reason` is one of the core's."""
 
     def __init__(self, reason: int) -> None:
-        """Take the reason."""
+        """Creates the error for a reason."""
         super().__init__(reason)
         self.reason = reason
 
 
 class Packer:
-    """Packs messages of one file; keeps its buses and the resolution of its stamps."""
+    """Packs the messages of one file; keeps its buses and the resolution of its stamps."""
 
     def __init__(self, decimals: int, *, directed: bool, bus: Callable[[object], str]) -> None:
-        """Take what is known of the format.
+        """Creates a packer for a format.
 
-        decimals: digits behind the point that stamps have at least; more when one has more. directed: it says who
-        sent a frame. bus: the name of the bus behind a channel.
+        decimals: minimum number of decimals of a stamp. directed: the format contains the direction of a frame. bus:
+        returns the name of the bus for a channel.
         """
         self.decimals = decimals
         self.frames = 0
@@ -102,23 +87,17 @@ class Packer:
 
     @property
     def directed(self) -> bool:
-        """Whether the format says who sent a frame."""
+        """True if the format contains the direction of a frame."""
         return self._sent != 0
 
     @directed.setter
     def directed(self, directed: bool) -> None:
         self._received, self._sent = (_RX, _TX) if directed else (0, 0)
 
-    def error(self, channel: object, seconds: float, line: int = 0) -> bytes:
-        """Give the record of an error frame of which nothing is known."""
-        before, index = self._index(channel)
-        self.frames += 1
-        return before + _FRAME(1, _STAMP, index, 0, 0, self.decimals, 0, _ERR, line, nanoseconds(seconds))
-
     def frame(self, message: "Message", line: int = 0, bare: bool = False) -> bytes:
-        """Give the record of a frame, with that of its bus before it if it is new; Unfit if it is none.
+        """Returns the record of a frame, preceded by that of its bus if it is new. Raises Unfit for an invalid frame.
 
-        bare: an identifier and data of error frames are not SocketCAN's, so that there was one is all that is said.
+        bare: the identifier and data of error frames are not SocketCAN's and are dropped.
         """
         identifier, data = message.arbitration_id, message.data
         length = size = len(data)
@@ -160,11 +139,6 @@ class Packer:
             return before + _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data
         return _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data
 
-    @property
-    def buses(self) -> dict[object, str]:
-        """The buses met so far, by their channels."""
-        return {channel: self._bus(channel) for channel in self._indices}
-
     def _index(self, channel: object) -> tuple[bytes, int]:
         index = self._indices.get(channel)
         if index is not None:
@@ -178,7 +152,7 @@ class Packer:
 
 
 def _unusual(message: "Message", bare: bool) -> tuple[int, int, int, int, int]:
-    """Give identifier with its bits, flags, length, raw DLC and bytes of data of any message; Unfit if it is none."""
+    """Returns identifier with its bits, flags, length, raw DLC and data size of a message. Raises Unfit."""
     identifier, size, flags, raw = message.arbitration_id, len(message.data), 0, 0
     length = size
     if not 0 <= identifier <= _MOST_ID:

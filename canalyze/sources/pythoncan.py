@@ -1,8 +1,10 @@
-"""What python-can reads (MF4, CSV, SQLite), in batches of records for the core.
+"""Reads MF4, CSV and SQLite through python-can, in batches of records for the core.
 
-Only this file and `pieces` read by it. Its readers give one message at a time and were not made for damaged files. So
-they get text line by line (`lines`); what an exception ends is told as damage, what came before it stays, and what the
-library prints, logs or warns becomes one line each. Must not: decode a format itself beyond that.
+Only this module and `pieces` use its readers, which return one message at a time and are not made for damaged
+files. Text is therefore passed to them line by line (`pieces`); an exception becomes damage, the frames before it
+are kept, and everything that the library prints, logs or warns becomes a remark. asammdf may crash the process on a
+damaged file, so that MF4 is read in a child process, which runs `main` and writes pieces: a tag, a size and the
+payload. If it ends without a final piece, it has crashed. Must not: decode a format itself beyond that.
 
 | form | channel | direction | stamps |
 |---|---|---|---|
@@ -10,74 +12,221 @@ library prints, logs or warns becomes one line each. Must not: decode a format i
 | csv, sqlite | `can0` | no | as they are, µs where they are dates |
 """
 
+import contextlib
 import gc
+import io
+import logging
+import os
+import signal
 import struct
+import subprocess
+import sys
 import tempfile
 import traceback
-from collections.abc import Generator, Iterator
+import warnings
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from canalyze.errors import CanalyzeError, SourceError
-from canalyze.sources import apart, packed
+from canalyze.sources import packed
 from canalyze.sources.database import Copy, bound, copied, heed
-from canalyze.sources.heard import Heard
 from canalyze.sources.library import has_asammdf, library
 from canalyze.sources.packed import Packer, Unfit
-from canalyze.sources.pieces import CsvText, Pieces, as_numbered, only
+from canalyze.sources.pieces import CsvText
 
 if TYPE_CHECKING:
     from canalyze.sources.compressed import Damage as Damaged
     from canalyze.sources.format import Opened
 
+
+RECORDS: Final = b"R"
+REMARK: Final = b"S"
+REFUSED: Final = b"X"
+_END: Final = b"E"
+_HEAD: Final = struct.Struct("<cI")
+_START: Final = """import sys
+sys.path[:] = sys.argv[2:]
+from canalyze.sources.file import Source
+from canalyze.sources.format import Opened
+from canalyze.sources.pythoncan import main
+main(Opened(Source(sys.argv[1])))
+"""
+
+
+class BroughtDown(Exception):
+    """The child process crashed; the message is the name of the signal, or its exit code."""
+
+
+def from_process(path: Path, scratch: Path) -> Iterator[tuple[bytes, bytes]]:
+    """Yields the tagged pieces that the child process writes for a file. Raises BroughtDown if it crashes.
+
+    scratch: a directory for the temporary files of the child process.
+    """
+    # Not in this session: a Ctrl-C is for this process, which ends the other one.
+    with subprocess.Popen(
+        [sys.executable, "-c", _START, str(path), *sys.path],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env=os.environ | {"TMPDIR": str(scratch)},
+        start_new_session=True,
+    ) as process:
+        assert process.stdout is not None
+        try:
+            while len(head := process.stdout.read(_HEAD.size)) == _HEAD.size:
+                tag, size = _HEAD.unpack(head)
+                piece = process.stdout.read(size)
+                if tag == _END:
+                    return
+                if len(piece) == size:
+                    yield tag, piece
+            code = process.wait()
+        finally:
+            process.kill()
+    name = str(code)
+    with suppress(ValueError):
+        name = signal.Signals(-code).name
+    raise BroughtDown(name)
+
+
+def from_this_process(opened: "Opened") -> Iterator[tuple[bytes, bytes]]:
+    """Yields the same pieces as `from_process`, read in this process."""
+    with PythonCanCapture(opened, opened.head, "mf4", trusting=True) as capture:
+        data, refusal = b"-", None
+        while data and not refusal:
+            try:
+                data = capture.read()
+            except CanalyzeError as error:
+                refusal = error
+            for remark in capture.remarks():
+                yield REMARK, _problem(remark)
+            if refusal:
+                yield REFUSED, _problem(refusal)
+            elif data:
+                yield RECORDS, data
+
+
+def _problem(error: CanalyzeError) -> bytes:
+    return str(error.facts.get("problem", error)).encode("utf-8", "replace")
+
+
+def main(opened: "Opened") -> None:
+    """Reads a file and writes the pieces to standard output; the entry point of the child process."""
+    out = sys.stdout.buffer
+    for tag, piece in from_this_process(opened):
+        out.write(_HEAD.pack(tag, len(piece)) + piece)
+        out.flush()
+    out.write(_HEAD.pack(_END, 0))
+    out.flush()
+
+
+_REMARKS: Final = 20
+"""Maximum number of lines of the libraries that are passed on."""
+
+
+class Heard(logging.Handler):
+    """A context manager that collects the log, warnings and output of the libraries."""
+
+    def __init__(self) -> None:
+        """Starts with no lines."""
+        super().__init__(logging.WARNING)
+        self.errors = False
+        """True if an error was logged."""
+        self._lines: dict[str, None] = {}
+        self._stack = contextlib.ExitStack()
+        self._printed = io.StringIO()
+        self._total = 0
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Collects a log record."""
+        self._keep(record.getMessage())
+        self.errors |= record.levelno >= logging.ERROR
+
+    def _keep(self, text: str) -> None:
+        line = " ".join(text.split())[:200]
+        if line and line not in self._lines and self._total < _REMARKS:
+            self._total += 1
+            self._lines[line] = None
+
+    def take(self) -> list[str]:
+        """Returns the lines since the last call, without duplicates."""
+        lines, self._lines = list(self._lines), {}
+        return lines
+
+    def __enter__(self) -> Self:
+        """Begins to collect."""
+        for name in ("can", "asammdf"):
+            logger = logging.getLogger(name)
+            self._stack.callback(setattr, logger, "handlers", logger.handlers)
+            self._stack.callback(setattr, logger, "propagate", logger.propagate)
+            logger.handlers, logger.propagate = [self], False
+        self._stack.enter_context(contextlib.redirect_stdout(self._printed))
+        self._stack.enter_context(contextlib.redirect_stderr(self._printed))
+        self._stack.callback(setattr, sys, "unraisablehook", sys.unraisablehook)
+        sys.unraisablehook = lambda _: None  # of objects half made
+        caught = self._stack.enter_context(warnings.catch_warnings(record=True))
+        warnings.simplefilter("always")
+        self._caught = caught or []
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+        """Restores logging, warnings and output."""
+        self._stack.close()
+        for warning in self._caught:
+            self._keep(str(warning.message))
+        for line in self._printed.getvalue().splitlines():
+            self._keep(line)
+        self._printed.seek(0)
+        self._printed.truncate()
+
+
 TITLES: Final = {"mf4": "MF4", "csv": "CSV", "sqlite": "SQLite"}
-"""How a form is called in a sentence."""
+"""The name of a form in a sentence."""
 _BATCH: Final = 4096
-"""Most frames that are joined at once."""
+"""Maximum number of frames joined at once."""
 _BYTES: Final = 128 << 10
-"""Bytes of a batch."""
+"""Size of a batch in bytes."""
 _TABLE: Final = "messages"
 """The table that python-can writes."""
 _COMMAS: Final = 6
-"""Of a row of python-can's table."""
-_REMARKS: Final = 20
-"""Most lines of the library's that are passed on."""
+"""Number of commas in a row of python-can's table."""
 
 
 class PythonCanCapture:
-    """An open input that python-can reads; a context manager with the face of `format.Capture`."""
+    """An open input that python-can reads; a context manager with the interface of `format.Capture`."""
 
     format: Final = "packed"
 
     def __init__(
-        self, source: "Opened", head: bytes, form: str, *, trusting: bool = False, asked: bool = False
+        self, source: "Opened", head: bytes, form: str, *, trusting: bool = False, formats: Sequence[str] = ()
     ) -> None:
-        """Take over the source; `head` is what was read of it already, `form` one of TITLES.
+        """Takes ownership of the source; `head` was read from it already, `form` is one of TITLES.
 
-        trusting: in this process whatever the form, though the file may bring it down. asked: the user says that it has
-        this form. SourceError if what the form
-        needs is not installed.
+        trusting: read in this process, though the file may crash it. formats: those to choose from, if the
+        user has given the form. Raises SourceError if a package that the form needs is not installed.
         """
         self.name = source.name
         self.compression = source.compression
-        """gzip, xz, bzip2 or zstd, if it is compressed."""
+        """gzip, xz, bzip2 or zstd; None if it is not compressed."""
         self.regular = source.regular
         self._source = source
         self._form = form
-        self._asked = asked
+        self._formats = formats
         self._heard = Heard()
         self._remarks: list[CanalyzeError] = []
         self._apart = form == "mf4" and not trusting
         self._records = self._batches(head)
         self._first = self._begun = False
-        """The records given last were the first; some were given."""
+        """True if the records returned last were the first, and true if any were returned."""
         if form == "mf4" and not has_asammdf():
             raise SourceError("bridge.mf4", name=self.name, line="pip install 'canalyze[mf4]'")
 
     @property
     def taken(self) -> int:
-        """Bytes of the file behind it that have been read: what progress counts."""
+        """Number of bytes of the underlying file that have been read, for the progress display."""
         return self._source.taken
 
     @property
@@ -87,17 +236,17 @@ class PythonCanCapture:
 
     @property
     def damage(self) -> "Damaged | None":
-        """Why the file could be unpacked no further; known when nothing comes any more."""
+        """The damage that ended the data, if any; known at the end."""
         return self._source.damage
 
     @property
     def begins(self) -> bool:
-        """Whether the records given last begin under a check sum: of rows read ahead only the first can be told."""
+        """True if the records returned last begin under a checksum; known only for the first ones."""
         return self._first and self.compression is not None
 
     @property
     def checked(self) -> bool | None:
-        """Whether all that was unpacked so far has a check sum; None: nothing is."""
+        """True if everything unpacked so far has a checksum; None if the file is not compressed."""
         return self._source.checked
 
     @property
@@ -105,7 +254,7 @@ class PythonCanCapture:
         return self._source.damage is not None
 
     def read(self) -> bytes:
-        """Give the next records, b"" at the end; SourceError if the system refuses or nothing can be read."""
+        """Returns the next records, b"" at the end. Raises SourceError if the file cannot be read."""
         with self._heard:
             batch = next(self._records, b"")
         self._first, self._begun = not self._begun, True
@@ -114,20 +263,20 @@ class PythonCanCapture:
         return batch
 
     def rests(self) -> bool:
-        """Tell whether nothing more comes at the moment: python-can reads what is there at once."""
+        """Returns false; python-can reads everything at once."""
         return False
 
     def remarks(self) -> list[CanalyzeError]:
-        """Give what is to be told of the file since the last call, for standard error."""
+        """Returns the remarks on the file since the last call, for standard error."""
         remarks, self._remarks = self._remarks, []
         return remarks
 
     def __enter__(self) -> Self:
-        """Give the capture itself."""
+        """Returns the capture."""
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Close it."""
+        """Closes the capture."""
         self._records.close()
         self._source.close()
 
@@ -140,15 +289,17 @@ class PythonCanCapture:
         if self._form in ("mf4", "sqlite"):
             yield from self._from_path(head)
             return
-        pieces: Pieces = CsvText(self)
+        text = CsvText()
         data = head
         while data:
-            yield from _batched(pieces.feed(data))
+            if records := text.feed(data):
+                yield records
             data = self._source.read()
-        yield from _batched(pieces.end(broken=self._broken))
+        if records := text.end(broken=self._broken):
+            yield records
 
     def _from_path(self, head: bytes) -> Iterator[bytes]:
-        """Read what its reader opens by name: the file itself, or what was in it put down elsewhere."""
+        """Reads through a reader that opens by name: the file itself, or its unpacked content in a temporary file."""
         with tempfile.TemporaryDirectory(prefix="canalyze-") as directory:
             path = self._source.path
             copy = None
@@ -171,15 +322,15 @@ class PythonCanCapture:
     def _from_other_process(self, path: Path, scratch: Path) -> Iterator[bytes]:
         batches = 0
         try:
-            for tag, piece in apart.pieces(path, scratch):
-                if tag == apart.RECORDS:
+            for tag, piece in from_process(path, scratch):
+                if tag == RECORDS:
                     batches += 1
                     yield piece
-                elif tag == apart.REMARK:
+                elif tag == REMARK:
                     self.remark(piece.decode())
-                elif tag == apart.REFUSED:
+                elif tag == REFUSED:
                     raise self.refused(piece.decode())
-        except apart.BroughtDown as error:
+        except BroughtDown as error:
             problem = f"asammdf: {error}"
             if batches < 2:  # the first says whose they are
                 raise self.refused(problem) from error
@@ -194,7 +345,7 @@ class PythonCanCapture:
 
     def _messages(self, path: Path, copy: Copy | None) -> Iterator[bytes]:
         can = library(mf4=self._form == "mf4")
-        packer = Packer(6, directed=self._form == "mf4", bus=as_numbered if self._form == "mf4" else only)
+        packer = Packer(6, directed=self._form == "mf4", bus=self._bus)
         row = 0
         problem = None
         try:
@@ -212,7 +363,7 @@ class PythonCanCapture:
                         yield packer.frame(message)
                     except (Unfit, TypeError, ValueError, struct.error) as error:
                         yield packed.unreadable(error.reason if isinstance(error, Unfit) else packed.DATA, row)
-        except Exception as error:  # whatever a stranger's file makes the library raise
+        except Exception as error:  # a damaged file may cause any exception in the library
             heed(error)
             problem = _said(error)
             traceback.clear_frames(error.__traceback__)
@@ -230,23 +381,25 @@ class PythonCanCapture:
         elif self._heard.errors or (copy and not copy.sound()):  # asammdf goes on without what it could not read
             yield packed.damage(packed.STRUCTURE, 0)
 
+    def _bus(self, channel: object) -> str:
+        """Returns the bus of a channel; only MF4 has channels."""
+        return f"can{channel}" if self._form == "mf4" and isinstance(channel, int) else "can0"
+
     def remark(self, problem: str) -> None:
-        """Have something told that was wrong with the file."""
+        """Appends a remark on the file."""
         if len(self._remarks) < _REMARKS:
             self._remarks.append(SourceError("bridge.said", name=self.name, problem=problem))
 
     def refused(self, problem: str) -> SourceError:
-        """Give the error of a file that cannot be read at all."""
+        """Returns the error for a file that cannot be read at all."""
         said: dict[str, str] = {"name": self.name, "form": TITLES[self._form], "problem": problem}
-        if self._asked:
-            from canalyze.sources.format import input_formats
-
-            return SourceError("bridge.unfit", **said, formats=", ".join(input_formats()))
+        if self._formats:
+            return SourceError("bridge.unfit", **said, formats=", ".join(self._formats))
         return SourceError("bridge.unreadable", **said)
 
 
 def _batched(records: Iterator[bytes]) -> Iterator[bytes]:
-    """Join records to batches; what was there before an error comes before it."""
+    """Joins records to batches; records before an error are yielded before it is raised."""
     batch: list[bytes] = []
     size = 0
     stopped: SourceError | None = None
@@ -266,6 +419,6 @@ def _batched(records: Iterator[bytes]) -> Iterator[bytes]:
 
 
 def _said(error: BaseException) -> str:
-    """Give an exception of the library in one line."""
+    """Returns an exception of the library in one line."""
     text = " ".join(str(error).split())[:200]
     return f"{type(error).__name__}: {text}" if text else type(error).__name__

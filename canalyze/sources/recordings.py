@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from typing import Final, NamedTuple
 
 APART_NS: Final = 5_000_000_000
-"""Longest time from the end of a part to the beginning of the next, in ns: a slow bus is silent for so long."""
+"""Maximum time from the end of a part to the beginning of the next, in ns; a slow bus may be silent that long."""
 
 
 EPOCH_NS: Final = 100_000_000 * 1_000_000_000
-"""Least stamp of a calendar's clock, in ns (1973); smaller ones count from a beginning of their own."""
+"""Least stamp of a calendar clock, in ns (1973); smaller ones count from a start of their own."""
 
 
 class Span(NamedTuple):
@@ -19,25 +19,25 @@ class Span(NamedTuple):
 
     name: str
     begin_ns: int | None
-    """The first stamp; None without stamps, or if it could not be read."""
+    """The first stamp; None without stamps, or if the file could not be read."""
     end_ns: int | None
     buses: frozenset[str]
 
     def follows(self, before: "Span") -> bool:
-        """Return true if it goes on where another one has ended. Only stamps of a calendar's clock can tell."""
+        """Returns true if this file continues another one. Only stamps of a calendar clock can tell."""
         if self.begin_ns is None or before.end_ns is None or not self.buses & before.buses:
             return False
         return self.begin_ns >= EPOCH_NS and 0 <= self.begin_ns - before.end_ns <= APART_NS
 
     def overlaps(self, other: "Span") -> bool:
-        """Return true if another file has frames of the same bus and time: they are no parts of one recording."""
+        """Returns true if both files have frames of the same bus and time, and so are not parts of one recording."""
         if self.begin_ns is None or self.end_ns is None or other.begin_ns is None or other.end_ns is None:
             return False
         return bool(self.buses & other.buses) and self.begin_ns < other.end_ns and other.begin_ns < self.end_ns
 
 
 def recordings(spans: Iterable[Span]) -> list[tuple[str, ...]]:
-    """Return the names of the files of each recording, in the order of time."""
+    """Returns the file names of each recording, in order of time."""
     every = list(spans)
     timed = sorted((one for one in every if one.begin_ns is not None), key=lambda one: one.begin_ns or 0)
     chains: list[list[Span]] = []

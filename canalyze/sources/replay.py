@@ -1,9 +1,9 @@
-"""Captures as a live source: their frames come when their stamps say, at some speed, so that a screen can follow.
+"""Captures as a live source: frames come at the times of their stamps, at a chosen speed.
 
-Whatever the format, a session of the core makes records of the frames (`packed`), and these become blocks of the live
-stream (`sources/live.py`), each with the time up to which everything was handed over. No more is read than what is due:
-memory does not grow with the capture. A capture without stamps comes at a fixed rate, and its frames stay without.
-Must not: decode, or change a frame or its stamp.
+A session of the core makes records of the frames (`packed`) from any format; these become blocks of the live
+stream (`sources/live.py`), each with the time up to which everything has been delivered. Only frames that are due
+are read, so that memory does not grow with the capture. The frames of a capture without stamps come at a fixed
+rate and stay without. Must not: decode, or change a frame or its stamp.
 """
 
 import struct
@@ -17,17 +17,17 @@ from canalyze.errors import CanalyzeError
 from canalyze.sources.live import RELEASE_ALL, dropped_block, name_block, records_block, until_block
 
 RATE: Final = 1000.0
-"""Frames a second of a capture without stamps, at speed 1."""
+"""Frames per second of a capture without stamps, at speed 1."""
 SLOWEST, FASTEST = 1 / 1024, 1024.0
-"""Between these the speed can be changed while it runs."""
+"""Limits of the speed."""
 _WAIT_S: Final = 0.1
-"""Longest time that read() waits."""
+"""Maximum wait of `read`."""
 _SILENCE_NS: Final = 60_000_000_000
-"""Longest silence of a capture that is waited for; a longer one is passed over."""
+"""Maximum silence of a capture that is replayed; a longer one is skipped."""
 _STOPPED_S: Final = 1.0
-"""No two reckonings lie this far apart, unless the program was stopped (Ctrl-Z): then the replay was, too."""
+"""A longer time between two calls means that the program was stopped (Ctrl-Z), and the replay with it."""
 _MOST: Final = 1 << 16
-"""Bytes of records handed over at once, where they come as fast as can be."""
+"""Maximum number of bytes delivered at once without a speed limit."""
 _HEAD: Final = 24
 _FRAME_HEAD: Final = struct.Struct("<BBBBBBBxIIq").unpack_from
 _OTHER_HEAD: Final = struct.Struct("<BBH4xq").unpack_from
@@ -36,12 +36,12 @@ _STAMPED: Final = 1
 
 
 class Replay:
-    """What the reading loop takes for a capture: `read()` waits until frames are due."""
+    """A capture for the reading loop whose `read()` waits until frames are due."""
 
     def __init__(self, name: str, results: Generator[bytes, None, None], *, speed: float = 1.0) -> None:
-        """Replay what `results` give: records, from the reading loop over a session of format `convert`, to `packed`.
+        """Replays records from the reading loop over a session of format `convert` to `packed`.
 
-        speed: seconds of the capture in one second; 0: as fast as can be.
+        speed: seconds of the capture per second; 0: without limit.
         """
         self.name = name
         self.format = self.kind = "live"
@@ -52,7 +52,7 @@ class Replay:
         self.checked: bool | None = None
         self.taken = 0
         self.stamped: bool | None = None
-        """Whether its frames have stamps; None before the first one."""
+        """True if its frames have stamps; None before the first one."""
         self._speed = speed
         self._paused = False
         self._wake = threading.Event()
@@ -61,21 +61,21 @@ class Replay:
         self._over = False
         self._records = b""
         self._at = 0
-        """Where in the records the next one is that is not handed over."""
+        """The position in the records of the next one to deliver."""
         self._newest: int | None = None
-        """The newest stamp handed over."""
+        """The newest stamp delivered."""
         self._origin = 0
         """The stamp from which the replay's clock counts."""
         self._due = 0.0
-        """How far the replay is, on its own clock: ns of the capture, or frames where it has no stamps."""
+        """The replay's own clock: ns of the capture, or frames if it has no stamps."""
         self._before: float | None = None
-        """When that was reckoned, on the clock of this machine."""
+        """The time of this machine at which `_due` was calculated."""
 
     # What the screen does to it.
 
     @property
     def speed(self) -> float:
-        """Seconds of the capture in a second; 0: as fast as can be."""
+        """Seconds of the capture per second; 0: without limit."""
         return self._speed
 
     @speed.setter
@@ -84,7 +84,7 @@ class Replay:
         self._wake.set()
 
     def faster(self, faster: bool) -> None:
-        """Double the speed, or halve it; one that is as fast as can be comes down to the fastest other one."""
+        """Doubles or halves the speed; halving an unlimited speed gives the fastest limited one."""
         speed = self._speed * 2 if faster else self._speed / 2
         if not self._speed:
             speed = 0.0 if faster else FASTEST
@@ -94,7 +94,7 @@ class Replay:
 
     @property
     def paused(self) -> bool:
-        """Whether its time stands still."""
+        """True if its time is stopped."""
         return self._paused
 
     @paused.setter
@@ -104,26 +104,29 @@ class Replay:
 
     @property
     def fixed_rate(self) -> float | None:
-        """Frames in a second of a capture without stamps, at speed 1; None where stamps tell."""
+        """Frames per second of a capture without stamps, at speed 1; None if it has stamps."""
         return RATE if self.stamped is False else None
 
     def prime(self) -> bool:
-        """Read up to the first frames, so that what is wrong with the files is known before; tell whether there are."""
+        """Reads up to the first frames, so that errors of the files show early; returns true if there are any."""
         return self._fetch()
 
     def stop(self) -> None:
-        """End: read() gives b""."""
+        """Ends the replay; `read` returns b""."""
         self._stopped = True
         self._wake.set()
 
     # What the reading loop takes.
 
     def rests(self) -> bool:
-        """Tell whether nothing more comes at the moment: a replay says the time itself."""
+        """Returns false; a replay reports the time itself."""
         return False
 
     def read(self) -> bytes:
-        """Give the blocks that are due, or the time alone after a while; b"" at the end; SourceError as a capture."""
+        """Returns the blocks that are due, or the time alone after a while; b"" at the end.
+
+        Raises SourceError as a capture does.
+        """
         deadline = time.monotonic() + _WAIT_S
         while not self._stopped:
             if not self._fetch():
@@ -141,20 +144,20 @@ class Replay:
         return b""
 
     def remarks(self) -> list[CanalyzeError]:
-        """Give nothing: what is to be told of the files was told."""
+        """Returns an empty list; the files were reported before."""
         return []
 
     def __enter__(self) -> Self:
-        """Give the replay itself."""
+        """Returns the replay."""
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Close the files."""
+        """Closes the files."""
         self.stop()
         self._results.close()
 
     def _fetch(self) -> bool:
-        """See to it that there are records; False: there are no more."""
+        """Reads further records if none are left; returns false at the end."""
         while self._at >= len(self._records) and not self._over:
             found = next(self._results, None)
             if found is None:
@@ -164,7 +167,7 @@ class Replay:
         return self._at < len(self._records)
 
     def _take(self) -> bytes:
-        """Take the records that are due by now, as blocks."""
+        """Returns the records that are due by now, as blocks."""
         self._reckon()
         blocks: list[bytes] = []
         records, at, end = self._records, self._at, len(self._records)
@@ -201,7 +204,7 @@ class Replay:
         return b"".join(blocks)
 
     def _reckon(self) -> None:
-        """Let the replay's own clock go on."""
+        """Advances the replay's own clock."""
         now = time.monotonic()
         if self._before is not None:
             passed = min(now - self._before, _STOPPED_S)
@@ -209,7 +212,7 @@ class Replay:
         self._before = now
 
     def _is_due(self, stamped: bool, stamp: int) -> bool:
-        """Tell whether a frame has its turn; if so, it is handed over."""
+        """Returns true if a frame is due, and counts it as delivered."""
         if self.stamped is None:
             self.stamped = stamped
             self._origin = stamp
@@ -231,7 +234,7 @@ class Replay:
         return True
 
     def _tick(self) -> bytes:
-        """Say up to when everything was handed over; where there are no stamps, that nothing is held back."""
+        """Returns the block with the time up to which everything was delivered, or one that releases held frames."""
         if self._newest is None:
             return until_block(RELEASE_ALL)
         until = max(self._newest, self._origin + int(self._due))

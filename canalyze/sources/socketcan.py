@@ -1,8 +1,8 @@
-"""SocketCAN as a live source: what the kernel gives is handed over by the batch, with its stamps and drop counters.
+"""SocketCAN as a live source: batches of frames from the kernel, with its stamps and drop counters.
 
-One CAN_RAW socket a channel, one `recvmmsg` for up to 1024 frames into memory that is laid out once; a batch goes to
-the core as the kernel left it, so no object is made for a frame. python-can's socket reports neither drops nor whose
-frame it is at this rate. Must not: send anything, nor look into a frame.
+One CAN_RAW socket per channel, one `recvmmsg` for up to 1024 frames into memory allocated once; a batch is passed to
+the core as the kernel wrote it, without an object per frame. At this rate python-can's socket reports neither
+drops nor the sender of a frame. Must not: send anything, or look into a frame.
 
 Linux only, but importing it is fine anywhere.
 """
@@ -46,36 +46,36 @@ from canalyze.sources.netdevices import (
 )
 
 ANY: Final = "any"
-"""The channel that stands for all CAN interfaces that are up."""
+"""The channel name for all CAN interfaces that are up."""
 
 _MEMINFO: Final = 55
 _DROPS: Final = 8
-"""Where the drops stand in SO_MEMINFO."""
+"""The index of the drops in SO_MEMINFO."""
 _FRAMES: Final = 1024
-"""Most frames of a batch."""
+"""Maximum number of frames in a batch."""
 _BATCHES: Final = 4
-"""Most batches of a channel before the others have their turn."""
+"""Maximum number of batches of a channel before the others get their turn."""
 _FRAME: Final = 72
 _CONTROL: Final = 128
 _SLOT: Final = _FRAME + _CONTROL
 _GATHER_S: Final = 0.01
-"""How long frames gather when they come so fast that each would be a batch of its own."""
+"""Time for which frames are gathered if each would be a batch of its own."""
 _BUSY_S: Final = 0.02
-"""Batches closer than this are that fast."""
+"""Maximum interval of batches for that."""
 _LOOK_S: Final = 0.1
-"""How often the counters are looked at."""
+"""Interval at which the counters are read."""
 _JOIN_NS: Final = 5_000_000
-"""How long frames of several channels are held to be put in order."""
+"""Time for which frames of several channels are held to be sorted."""
 _STEP_NS: Final = 50_000_000
-"""A clock that goes further than this from the other was set, or the host has slept."""
+"""A larger step between the clocks means that one was set, or that the host has slept."""
 _SURE_NS: Final = 10_000_000
-"""Within this both clocks must have been read to be compared."""
+"""Maximum time for reading both clocks to compare them."""
 _DATE_NS: Final = 1_000_000_000
-"""A hardware stamp that is this far from the host's clock is of another one."""
+"""A hardware stamp further than this from the host's clock is of another clock."""
 _WINDOW_NS: Final = 10_000_000_000
-"""How long it counts how far hardware stamps are from the host's clock."""
+"""Time for which the distance of hardware stamps from the host's clock is remembered."""
 _PATIENCE: Final = 50
-"""Batches without a hardware stamp before it is said that there are none."""
+"""Number of batches without a hardware stamp before their absence is reported."""
 
 _NO_WAIT: Final[int] = getattr(socket, "MSG_DONTWAIT", 0)
 _READABLE: Final[int] = getattr(select, "POLLIN", 0)
@@ -106,7 +106,7 @@ class _Mmsghdr(ctypes.Structure):
 
 
 class _Batch:
-    """Memory for the frames of one recvmmsg, used again and again."""
+    """Memory for the frames of one recvmmsg, reused."""
 
     def __init__(self) -> None:
         self._recvmmsg = ctypes.CDLL(None, use_errno=True).recvmmsg
@@ -128,7 +128,7 @@ class _Batch:
         self._used = 0
 
     def fill(self, descriptor: int) -> int:
-        """Take what is there, without waiting; OSError, BlockingIOError if there is nothing."""
+        """Receives the waiting frames without blocking. Raises OSError, or BlockingIOError if there are none."""
         # The kernel writes over the lengths that say how much room there is.
         ctypes.memmove(self._address, self._fresh, self._used * self._size)
         self._used = 0
@@ -140,7 +140,7 @@ class _Batch:
         return count
 
     def block(self, bus: int, which: int) -> bytes:
-        """Give what was taken as a block."""
+        """Returns the received frames as a block."""
         count = self._used
         size = count * (self._size + _SLOT)
         return b"".join(
@@ -152,7 +152,7 @@ class _Batch:
         )
 
     def last(self) -> tuple[int | None, int | None, int | None]:
-        """Give the kernel's stamp, the hardware's and the drops so far that stand beside the last frame."""
+        """Returns the kernel's stamp, the hardware's stamp and the drop counter of the last frame."""
         place = self._used - 1
         room = self._headers[place].hdr.controllen
         begin = place * _SLOT + _FRAME
@@ -178,36 +178,36 @@ def _ns(seconds: int, ns: int) -> int:
 
 
 class _Channel:
-    """One interface, and what is known of what it gave."""
+    """One interface, with its counters and clock."""
 
     def __init__(self, name: str, bus: int) -> None:
         self.name = name
         self.bus = bus
         self.socket: socket.socket | None = None
         self.watch: socket.socket | None = None
-        """Gets a frame only when the controller goes bus-off."""
+        """A socket that receives a frame only if the controller goes bus-off."""
         self.named = False
         self.hardware = False
         self.reported = 0
-        """Drops that stand beside a frame that was handed over."""
+        """The drop counter of the last frame passed on."""
         self._doubted = 0
-        """All drops up to when a gap was last handed over for them."""
+        """The number of drops for which a gap was passed on last."""
         self.stamp: int | None = None
-        """The stamp of its last frame."""
+        """The stamp of the last frame."""
         self.small = False
-        """The kernel gave less buffer than it was asked for."""
+        """True if the kernel granted a smaller buffer than requested."""
         self.without = 0
-        """Batches without a hardware stamp; less than 0 when there was one."""
+        """Number of batches without a hardware stamp; negative after the first stamp."""
         self._ahead: list[tuple[int, int]] = []
-        """How far hardware stamps were from the host's clock at best, by the window of time."""
+        """Maximum lead of hardware stamps over the host's clock, by time window."""
 
     @property
     def offset(self) -> int:
-        """What has to be added to the host's clock for the clock of its stamps."""
+        """The difference to add to the host's clock to get the clock of the stamps."""
         return max((ahead for _, ahead in self._ahead), default=0)
 
     def compare(self, stamp: int, now: int) -> None:
-        """Take the stamp of a frame that has just come."""
+        """Updates the offset by the stamp of a frame that has just arrived."""
         window = now // _WINDOW_NS
         if not self._ahead or self._ahead[-1][0] != window:
             self._ahead = [*self._ahead[-1:], (window, stamp - now)]
@@ -215,7 +215,7 @@ class _Channel:
             self._ahead[-1] = (window, max(self._ahead[-1][1], stamp - now))
 
     def drops(self) -> int:
-        """Give the frames its socket had no room for, and that no frame has told of."""
+        """Returns the number of dropped frames that no later frame has reported."""
         if self.socket is None:
             return 0
         try:
@@ -229,13 +229,13 @@ class _Channel:
         return missing if missing < 1 << 31 else 0
 
     def lacks(self) -> bool:
-        """Tell, once of each, whether frames are missing of which none that was handed over has told."""
+        """Returns true once for each new number of dropped frames that no frame has reported."""
         unsaid = self.drops()
         before, self._doubted = self._doubted, self.reported + unsaid
         return unsaid > 0 and before != self._doubted
 
     def close(self) -> None:
-        """Let its sockets go; a new one counts from 0."""
+        """Closes its sockets; new ones count from 0."""
         for one in (self.socket, self.watch):
             if one is not None:
                 one.close()
@@ -246,17 +246,17 @@ class _Channel:
 
 
 class SocketCan:
-    """Several CAN interfaces as one source, see `live.Bus`."""
+    """Several CAN interfaces as one source, a `live.Bus`."""
 
     def __init__(
         self, channels: Sequence[str], *, first: int = 0, hardware_stamps: bool = False, patient: bool = False
     ) -> None:
-        """Listen to interfaces, `any` for all that are up; `first` is the bus index of the first of them.
+        """Opens the interfaces; `any` means all that are up, `first` is the bus index of the first of them.
 
-        hardware_stamps: the adapter's stamps where there are. patient: one that cannot be listened to is lost from
-        the beginning. SourceError otherwise, with what to do.
+        hardware_stamps: use the adapter's stamps if it has any. patient: an interface that cannot be opened is lost at
+        the beginning. Raises SourceError with the remedy otherwise.
         """
-        can_socket(next(iter(channels), ANY)).close()  # says what is wrong where there is no CAN at all
+        can_socket(next(iter(channels), ANY)).close()  # raises if the system has no CAN at all
         self._poll = select.poll()  # type: ignore[attr-defined, unused-ignore]  # Windows has none
         self.first = first
         self._hardware = hardware_stamps
@@ -264,12 +264,12 @@ class SocketCan:
         self.names: Sequence[str] = self._named(channels)
         self._channels = [_Channel(name, first + place) for place, name in enumerate(self.names)]
         self._lost: list[LinkLost] = []
-        """What is still to be told of."""
+        """Losses that have not been reported yet."""
         self._batch = _Batch()
         self._clocks: int | None = None
         self._busy_until = self._look_at = 0.0
         self._held = False
-        """Frames were given that wait to be put in order with those of other channels."""
+        """True if frames were delivered that wait to be sorted with those of other channels."""
         try:
             for channel in self._channels:
                 try:
@@ -283,7 +283,7 @@ class SocketCan:
             raise
 
     def receive(self, timeout_s: float) -> bytes:
-        """Give what came on all channels, each in its order, and up to where that is all."""
+        """Returns new frames of all channels, each in its order, and the time up to which they are complete."""
         if self._lost:
             raise self._lost.pop(0)
         if self._held:  # others of that time have come by then, or will not
@@ -302,7 +302,7 @@ class SocketCan:
         for channel in self._channels:
             if channel.socket is not None:
                 dry = self._take(channel, channel.socket.fileno(), blocks, now)
-                if dry and channel.lacks():  # time goes on past them before a frame tells of them
+                if dry and channel.lacks():  # time passes them before a frame reports them
                     blocks.append(gap_block(channel.bus))
                 ends.append(now + channel.offset if dry or channel.stamp is None else channel.stamp)
         moment = time.monotonic()
@@ -317,7 +317,7 @@ class SocketCan:
         return b"".join(blocks)
 
     def reopen(self) -> bool:
-        """Try the channels that are lost again."""
+        """Tries to reopen the lost channels."""
         for channel in self._channels:
             if channel.socket is None:
                 with suppress(SourceError):
@@ -325,17 +325,17 @@ class SocketCan:
         return all(channel.socket is not None for channel in self._channels)
 
     def ending(self) -> bytes:
-        """Give the drops that no frame has told of; what else no frame tells of is looked at a last time."""
+        """Returns the drops that no frame has reported, and checks the counters a last time."""
         self._heed()
         self._look()
         return b"".join(self._missing(channel) for channel in self._channels)
 
     def remarks(self) -> list[CanalyzeError]:
-        """Give what is to be told since the last call."""
+        """Returns the remarks since the last call."""
         return [self._remarks.popleft() for _ in range(len(self._remarks))]  # another thread adds to them
 
     def close(self) -> None:
-        """Let all sockets go."""
+        """Closes all sockets."""
         for channel in self._channels:
             channel.close()
 
@@ -368,7 +368,7 @@ class SocketCan:
             self._poll.register(channel.watch, _READABLE)
 
     def _take(self, channel: _Channel, descriptor: int, blocks: list[bytes], now: int) -> bool:
-        """Add what there is of a channel; True if that was all."""
+        """Appends the waiting frames of a channel; returns true if those were all."""
         broken: OSError | None = None
         rounds = 0
         while rounds < _BATCHES or broken:
@@ -397,7 +397,7 @@ class SocketCan:
         return True
 
     def _learn(self, channel: _Channel, now: int, *, fresh: bool) -> None:
-        """Look at what stands beside the last frame of a batch."""
+        """Reads the control messages of the last frame of a batch."""
         kernel, hardware, drops = self._batch.last()
         channel.reported = channel.reported if drops is None else drops
         channel.stamp = None if kernel is None else kernel + channel.offset
@@ -418,7 +418,7 @@ class SocketCan:
             channel.compare(hardware, now)
 
     def _now(self, blocks: list[bytes]) -> int:
-        """Give the host's clock; when it was set, or the host has slept, frames may be missing."""
+        """Returns the host's clock; reports gaps if it was set or the host has slept."""
         before = time.monotonic_ns()
         now = time.time_ns()
         if time.monotonic_ns() - before < _SURE_NS:
@@ -429,14 +429,14 @@ class SocketCan:
         return now
 
     def _look(self) -> None:
-        """See what no frame tells of."""
+        """Reports small buffers that have lost frames."""
         for channel in self._channels:
             if channel.small and channel.reported + channel.drops():
                 channel.small = False
                 self._remark(SourceError("live.small_buffer", channel=channel.name, bytes=BUFFER))
 
     def _heed(self) -> None:
-        """Say which controllers went bus-off, as soon as the kernel tells: whoever stops then still has to read it."""
+        """Reports bus-off as soon as the kernel does, so that it is seen even if the user stops then."""
         for channel in self._channels:
             watch = channel.watch
             if watch is None:
@@ -445,7 +445,7 @@ class SocketCan:
                 told = watch.recv(_FRAME, _NO_WAIT)
             except BlockingIOError:
                 continue
-            except OSError:  # the interface is gone, which the other socket tells
+            except OSError:  # the interface is gone, which the other socket reports
                 told = b""
             self._poll.unregister(watch)  # once is enough
             channel.watch = None

@@ -1,9 +1,10 @@
-"""A capture as a timeline in Rerun, out of the core's tables of columns; the only part that imports `rerun` (extra).
+"""A capture as a timeline in Rerun, made from the core's tables; the only package that imports `rerun` (an extra).
 
-No Python object a frame: batches go from the core to Rerun as Arrow columns. Must not: know what a frame means.
+No Python object is made per frame: batches go from the core to Rerun as Arrow columns. Must not: know the meaning
+of a frame.
 """
 
 from typing import Final
 
 TABLES: Final = ("listing", "lanes", "log", "load", "sync_cycles", "pdo", "problems")
-"""Tables of the core that a timeline is made of."""
+"""The core's tables that a timeline needs."""

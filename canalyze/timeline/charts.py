@@ -1,8 +1,8 @@
-"""Which signals share a plot, and which plots the overview has room for.
+"""Chooses the signals that share a plot, and the plots of the overview.
 
-A plot has one Y axis: lines of one unit and one kind of object share it, lines without a unit where they are of like
-magnitude. What varies
-comes before what does not, what has a name before what has only an index. Must not: import Rerun, or name anything.
+A plot has one Y axis: lines of one unit and one kind of object share it; lines without a unit share it if they have
+a similar magnitude. Varying signals come before constant ones, named signals before those with only an index.
+Must not: import Rerun, or name anything.
 """
 
 import math
@@ -14,9 +14,9 @@ from typing import Final
 from canalyze.timeline.contents import Contents, Series
 
 LINES: Final = 4
-"""Lines of a plot, where there are more to choose from: as many as its legend has room for."""
+"""Maximum number of lines of a plot with a choice, limited by the legend."""
 _NUMBER: Final = 22.0
-"""Points that a number beside an axis takes."""
+"""Height of a number beside an axis, in points."""
 _MARGIN: Final = 0.08
 _NODE: Final = re.compile(r"node\d+")
 
@@ -26,17 +26,17 @@ class Line:
     """One line of a chart."""
 
     entity: str
-    """Path of the entity that it stands in."""
+    """Path of its entity."""
     index: int
-    """Its place in the entity's rows."""
+    """Its index in the entity's rows."""
     bus: str
-    """The bus as paths have it; "" where the capture names none."""
+    """The bus as in paths; "" if the capture has no names."""
     node: int
     series: Series = field(compare=False)
 
     @property
     def title(self) -> str:
-        """Give its name without its unit."""
+        """Its name without its unit."""
         return self.series.name.removesuffix(f" [{self.series.unit}]") if self.series.unit else self.series.name
 
 
@@ -51,12 +51,12 @@ class Chart:
 
     @property
     def shared(self) -> bool:
-        """Whether it is a signal of several nodes rather than signals of one."""
+        """True for a signal of several nodes, false for signals of one."""
         return len({(line.bus, line.node) for line in self.lines}) > 1
 
 
 def place(entity: str) -> tuple[str, int]:
-    """Give the bus and the node of an entity: /nmt/can0/node5, /value/node5/TPDO1/signal."""
+    """Returns the bus and the node of an entity: /nmt/can0/node5, /value/node5/TPDO1/signal."""
     parts = entity.split("/")[2:5]
     at = 1 if len(parts) > 1 and _NODE.fullmatch(parts[1]) else 0
     if at >= len(parts) or not _NODE.fullmatch(parts[at]):
@@ -65,7 +65,7 @@ def place(entity: str) -> tuple[str, int]:
 
 
 def lines(contents: Contents) -> list[Line]:
-    """Give every line that there is, by bus and node, in the order of their PDOs."""
+    """Returns every line, by bus and node, in the order of their PDOs."""
     found = [
         Line(plot.entity, index, *place(plot.entity), series)
         for plot in contents.plots.values()
@@ -77,7 +77,7 @@ def lines(contents: Contents) -> list[Line]:
 
 
 def of_node(every: Iterable[Line]) -> list[Chart]:
-    """Give the charts of one node's lines: the most telling first."""
+    """Returns the charts of one node's lines, the most informative first."""
     groups: dict[tuple[bool, bool, str, str, int], list[Line]] = {}
     for line in every:
         series = line.series
@@ -93,7 +93,7 @@ def of_node(every: Iterable[Line]) -> list[Chart]:
 
 
 def overview(every: list[Line], room: int) -> list[Chart]:
-    """Choose at most `room` charts: each node's own where there is room for all, else what the nodes have in common."""
+    """Returns at most `room` charts: each node's own if all fit, or else the signals common to the nodes."""
     varying = [line for line in every if line.series.varies]
     named = [line for line in varying if line.series.described]
     for some in (varying, named):
@@ -111,9 +111,9 @@ def overview(every: list[Line], room: int) -> list[Chart]:
 
 
 def labelled(least: float, greatest: float, height: float) -> tuple[float, float] | None:
-    """Give the ends of an axis that has three numbers beside it at least; None where it has them as it is.
+    """Returns the ends of an axis with at least three numbers beside it; None if the default has them.
 
-    Numbers stand at multiples of a power of ten, as far as there is room for each.
+    Numbers are at multiples of a power of ten, if the height suffices for each.
     """
     span = greatest - least
     if not (math.isfinite(span) and span > 0):
@@ -131,7 +131,7 @@ def labelled(least: float, greatest: float, height: float) -> tuple[float, float
 
 
 def axis(peak: float) -> float:
-    """Give the end of an axis of percent: there are numbers beside a low load, too."""
+    """Returns the end of an axis of percent, so that a low load has numbers beside it, too."""
     return next((end for end in (20.0, 50.0) if peak <= end), 100.0)
 
 
@@ -143,7 +143,7 @@ def _by_node(every: Iterable[Line]) -> dict[tuple[str, int], list[Line]]:
 
 
 def _common(every: Iterable[Line]) -> list[Chart]:
-    """Give the signals that three nodes and more have by the same name: those of most nodes first."""
+    """Returns the signals with the same name in three or more nodes, those of most nodes first."""
     groups: dict[tuple[str, str], list[Line]] = {}
     for line in every:
         if line.series.described:
@@ -153,7 +153,7 @@ def _common(every: Iterable[Line]) -> list[Chart]:
 
 
 def _filled(group: list[Line]) -> Iterable[Chart]:
-    """Cut lines into charts of at most LINES, all about as full."""
+    """Splits lines into charts of at most LINES, of similar size."""
     count = math.ceil(len(group) / LINES)
     size = math.ceil(len(group) / count)
     return (_chart(group[start : start + size]) for start in range(0, len(group), size))
@@ -165,7 +165,7 @@ def _chart(group: list[Line]) -> Chart:
 
 
 def _magnitude(series: Series) -> int:
-    """Tell lines without a unit apart that cannot be read on one axis: in steps of a factor of 100."""
+    """Returns a class of magnitude for lines without a unit, in steps of a factor of 100."""
     if series.unit:
         return 0
     most = max(abs(series.least), abs(series.greatest))

@@ -1,6 +1,6 @@
-"""Colours of states, by the classes that the core gives them: the same state looks the same in every lane.
+"""Colours of states, by the classes of the core: the same state has the same colour in every lane.
 
-Green runs, amber waits, red is a fault, violet is gone, grey is unknown or off. Must not: know words for people.
+Green runs, amber waits, red is a fault, violet is lost, grey is unknown or off. Must not: know words for people.
 """
 
 from typing import Final
@@ -46,7 +46,7 @@ COLOURS: Final[dict[str, dict[str, int]]] = {
 """By kind of lane and class."""
 
 FAULTS: Final = frozenset({"lost", "fault", "fault-reaction-active", "active"})
-"""Classes of states that an engineer looks for first; SDO transfers are too short to be found in a lane."""
+"""Classes of states that an engineer looks for first, without SDO transfers, which are too short to see in a lane."""
 
 PLAIN: Final = (
     0x4F7CACFF,
@@ -57,10 +57,10 @@ PLAIN: Final = (
     0x5F7A8AFF,
     0xA0698AFF,
 )
-"""Values of signals: told apart, but none of them looks like running, waiting or a fault."""
+"""Colours of values of signals: distinct, and unlike running, waiting or a fault."""
 
 WINDOW: Final = _RED
-"""The synchronous window: what is above it is late."""
+"""The synchronous window; values above it are late."""
 
 LINES: Final = (
     0x3D85D6FF,
@@ -74,4 +74,4 @@ LINES: Final = (
     0xA9836BFF,
     0x7C8AA0FF,
 )
-"""Lines that share a plot, in their order: told apart on black and on white."""
+"""Colours of lines that share a plot, in their order: distinct on black and on white."""

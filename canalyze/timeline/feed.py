@@ -1,7 +1,7 @@
-"""A timeline that is fed while frames come: in a thread of its own, so that whoever receives never waits for it.
+"""Feeds a timeline in a thread of its own while frames come, so that the receiver never waits for it.
 
-A viewer may be slow, stopped or gone, and a disk full; what comes meanwhile waits, but not without end: then whole
-batches are left out, and counted. Must not: know what is in a batch.
+A viewer may be slow, stopped or gone, and a disk full; waiting batches are bounded, beyond that whole batches are
+dropped and counted. Must not: know the content of a batch.
 """
 
 import threading
@@ -13,28 +13,28 @@ if TYPE_CHECKING:
     from canalyze._core import Batch
 
 MOST_ROWS: Final = 1_000_000
-"""Rows that wait at most: some 100 MB."""
+"""Maximum number of waiting rows: some 100 MB."""
 
 
 class Fed(Protocol):
-    """What takes the batches: a `Timeline`."""
+    """The consumer of the batches: a `Timeline`."""
 
     def take(self, batches: "Sequence[tuple[str, Batch]]") -> None:
-        """Take batches as they come."""
+        """Appends batches."""
 
     def finish(self, summary: bytes = b"", lines: Sequence[str] = ()) -> None:
-        """Complete it; lines: a summary that is in words already."""
+        """Completes the timeline; lines: a summary in words."""
 
 
 class Feed:
-    """Batches on their way to a timeline."""
+    """A queue of batches for a timeline."""
 
     def __init__(self, timeline: Fed, *, most: int = MOST_ROWS) -> None:
-        """Begin; the timeline is used in the thread only from here on."""
+        """Starts the thread; the timeline is used only there from here on."""
         self.left_out = 0
-        """Rows for which there was no room."""
+        """Number of dropped rows."""
         self.failure: Exception | None = None
-        """Why nothing is taken any more; None while it is."""
+        """The error after which batches are ignored, if any."""
         self._timeline = timeline
         self._most = most
         self._queue: deque[Sequence[tuple[str, Batch]]] = deque()
@@ -46,7 +46,7 @@ class Feed:
         self._thread.start()
 
     def give(self, batches: "Sequence[tuple[str, Batch]]") -> None:
-        """Hand batches over; never waits."""
+        """Appends batches; never waits."""
         rows = sum(batch.num_rows for _, batch in batches)
         with self._arrived:
             if self.failure is not None or not rows:
@@ -59,14 +59,14 @@ class Feed:
             self._arrived.notify()
 
     def end(self, lines: Sequence[str] = ()) -> None:
-        """Say that nothing more comes; what waits is still taken. Twice is harmless. lines: the summary."""
+        """Ends the input; waiting batches are still written. Calling it twice is harmless. lines: the summary."""
         with self._arrived:
             self._lines = self._lines or lines
             self._over = True
             self._arrived.notify()
 
     def ended(self, within_s: float) -> bool:
-        """Wait, but not longer, until all is taken and the timeline complete; tell whether it is."""
+        """Waits up to `within_s` until the timeline is complete; returns true if it is."""
         self._thread.join(within_s)
         return not self._thread.is_alive()
 

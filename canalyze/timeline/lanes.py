@@ -1,6 +1,6 @@
-"""States over time: a lane an entity, a row a change, the class of a state as its colour.
+"""States over time: a lane per entity, a row per change, coloured by the class of the state.
 
-Must not: know what a state means, or make a text.
+Must not: know the meaning of a state, or make a text.
 """
 
 from collections.abc import Callable
@@ -11,23 +11,22 @@ import numpy as np
 import pyarrow as pa
 import rerun as rr
 
-from canalyze.timeline.clock import Places, places
 from canalyze.timeline.colours import COLOURS, FAULTS, PLAIN
 from canalyze.timeline.contents import Contents, Lane
-from canalyze.timeline.stream import STATE, Stream, escaped
+from canalyze.timeline.stream import STATE, Places, Stream, escaped, places
 from canalyze.timeline.transfers import LANES, TransferWriter
 
 _EMPTY = '""'
-"""A state without text: an empty one would end the lane."""
+"""A state without text; an empty text would end the lane."""
 
 
 _PLOTTED: Final = "pdo/"
-"""A PDO's plot: no lane, but its samples end as the states of a lane do."""
+"""The plot of a PDO, which is no lane; its samples end as the states of a lane do."""
 _TOGETHER: Final = 8
-"""Batches that are put together: there are many lanes, and each gets a piece of its own out of them."""
+"""Number of batches that are joined, because there are many lanes and each gets a piece of a batch."""
 _NARROW: Final = 1 << 15
 _COLOURED: Final = 64
-"""States of a lane that have a class or a colour at most; further ones get a colour from the viewer."""
+"""Maximum number of coloured states of a lane; further ones are coloured by the viewer."""
 
 
 @dataclass(slots=True)
@@ -37,12 +36,12 @@ class _Style:
     entity: str
     kind: str
     classes: dict[str, tuple[str, str | None]] = field(default_factory=dict)
-    """Text and class, by the state as Rerun has it; without a class: a value of a signal."""
+    """Text and class, by the key of the state in Rerun; without a class for values of signals."""
     told: int = 0
-    """How many the recording knows."""
+    """Number of states that have been written."""
 
     def key(self, text: str, of_class: str | None) -> str:
-        """Give a state as Rerun has it; one text of two classes is two states that are called the same."""
+        """Returns the key of a state in Rerun; a text with two classes has two keys with the same label."""
         text = text or _EMPTY
         if of_class is None and (self.kind != "value" or len(self.classes) >= _COLOURED):
             return text
@@ -55,7 +54,7 @@ class _Style:
 
 
 class LaneWriter:
-    """Lanes on their way into a recording."""
+    """Writes lanes to a recording."""
 
     def __init__(
         self,
@@ -66,9 +65,9 @@ class LaneWriter:
         ends: "Callable[[str, Places], None]",
         at_once: bool,
     ) -> None:
-        """Rows go to `stream`, SDO transfers to `transfers` besides; `contents` is told what there is.
+        """Writes rows to `stream`, also SDO transfers to `transfers`, and updates `contents`.
 
-        ends: is told where the samples of a PDO do not hold on. at_once: rows are not kept for longer pieces.
+        ends: called where the samples of a PDO end. at_once: rows are not kept to be joined.
         """
         self._stream = stream
         self._ends = ends
@@ -78,16 +77,16 @@ class LaneWriter:
         self._held: list[pa.RecordBatch] = []
         self._styles: dict[str, _Style] = {}
         self._plain: dict[str, int] = {}
-        """Colours of values by their texts: the same value looks the same in every lane."""
+        """Colours of values by text, so that a value has the same colour in every lane."""
 
     def take(self, batch: pa.RecordBatch) -> None:
-        """Take changes of any lanes."""
+        """Appends changes of any lanes."""
         self._held.append(batch)
         if len(self._held) >= self._most:
             self.flush()
 
     def flush(self) -> None:
-        """Put all that was taken into the recording."""
+        """Writes everything to the recording."""
         held, self._held = self._held, []
         if len(held) > 1:
             held = pa.Table.from_batches(held).unify_dictionaries().combine_chunks().to_batches()
@@ -103,7 +102,7 @@ class LaneWriter:
             codes = codes.astype(np.int16)  # sorted by counting
         order = np.argsort(codes, kind="stable")
         rows = places(batch)[order]
-        # A state with its class is one number; 0 is none.
+        # A state with its class is one number; 0 means no state.
         stated = _codes(state, -1)
         pairs = np.where(stated < 0, 0, stated * len(classes) + _codes(of_class, len(classes) - 1) + 1)[order]
         places_of = np.zeros(len(texts) * len(classes) + 1, np.int64)
@@ -139,7 +138,7 @@ class LaneWriter:
         return style
 
     def colour(self, most: int | None = None) -> None:
-        """Tell the colours of the states that are new, in lanes of up to `most` states: others wait."""
+        """Writes the colours of new states, for lanes with up to `most` states."""
         for style in self._styles.values():
             if len(style.classes) == style.told or (most is not None and len(style.classes) > most):
                 continue
@@ -162,5 +161,5 @@ class LaneWriter:
 
 
 def _codes(column: pa.Array, null: int) -> "np.ndarray[tuple[int], np.dtype[np.int64]]":
-    """Give the numbers of a column's words."""
+    """Returns the dictionary indices of a column."""
     return np.asarray(column.indices.fill_null(null)).astype(np.int64)

@@ -1,8 +1,8 @@
-"""The first layout of a recording in Rerun: what an engineer sees without touching anything.
+"""The initial layout of a recording in Rerun.
 
-Made from what stands in the recording and nothing else, so nothing empty is shown: an overview (lanes and plots on
-linked time axes, log and frames beside them), then all there is of each node. What the user rearranges is kept by
-Rerun. Must not: read the recording, or know what a state means.
+It is made only from the contents of the recording, so that nothing empty is shown: an overview (lanes and plots on
+linked time axes, log and frames beside them), then the pages of the nodes. Changes by the user are kept by Rerun.
+Must not: read the recording, or know the meaning of a state.
 """
 
 import itertools
@@ -17,7 +17,6 @@ import rerun.blueprint as rrb
 
 from canalyze.output.layout import width
 from canalyze.timeline import charts
-from canalyze.timeline.blueprint import BAR, LANE, LINKED, TABS, TEXT, Blueprint, Part, Sized, column
 from canalyze.timeline.charts import Chart, Line
 from canalyze.timeline.colours import LINES, WINDOW
 from canalyze.timeline.contents import Contents, Lane
@@ -25,78 +24,119 @@ from canalyze.timeline.stream import path
 from canalyze.words import Words
 
 Place = tuple[str, int]
-"""A bus as paths have it, "" where the capture names none, and a node of it."""
+"""A bus as in paths, "" if the capture has no names, and a node of it."""
+
+Part = rrb.Container | rrb.View
+Sized = tuple[Part, float]
+"""A part and its desired height in points; only proportions count."""
+
+LANE: Final = 38
+BAR: Final = 50
+TEXT: Final = 400
+"""Heights in points: of a lane, of the surroundings of lanes, of a log."""
+TABS: Final = 8
+"""Maximum number of nodes with tabs beside the overview; the tabs of more nodes are within one tab."""
+LINKED: Final = rrb.archetypes.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal)
+"""A time axis that zooms with all others."""
+_GLOBAL: Final = "view/5c0dca6a-e63f-9cf7-f657-2602590474cc/TimeAxis"
+"""The range that linked axes share: Rerun's own id, not public. If it changes, only the initial zoom is lost."""
 
 SPAN: Final = "/time_span"
-"""Two points without a value, at the recording's ends: with them in it a plot is as wide as the recording."""
+"""Two points without a value, at the recording's ends, which make a plot as wide as the recording."""
 CLOCK: Final = "time_since_start"
-"""The timeline that is shown first where there are stamps: in logs its column is as wide as its name."""
+"""The initial timeline if there are stamps; its column in logs is as wide as its name."""
 TOGETHER: Final = 12
-"""Up to so many lanes stand in two views, NMT before the others: a title bar for each kind would take their place."""
+"""Maximum number of lanes in two views, NMT first; a title bar per kind would take their place."""
 FILLED: Final = 8
-"""Up to so many lanes there are values of signals with them."""
+"""Maximum number of lanes to which values of signals are added."""
 FAULTS: Final = 6
-"""Lanes with faults that stand before all others where there are too many to see at once."""
+"""Maximum number of lanes with faults that are shown before all others, if not all are visible at once."""
 ROOM: Final = 8
-"""Plots of signals in the overview at most, besides those of SYNC and load."""
+"""Maximum number of plots of signals in the overview, beside those of SYNC and load."""
 PAGE: Final = 10
-"""Plots on one page of a node."""
+"""Number of plots on one page of a node."""
 MOST: Final = 1152
-"""Views of all pages together: a bus full of nodes has about so many, and each is 30 kB of a layout."""
+"""Maximum number of views of all pages: about that of a full bus; each takes 30 kB of a layout."""
 TITLE: Final = 48
 """Columns of text that fit above a plot of the overview."""
 WIDE: Final = 72
-"""The same on a page of a node, where plots have the whole width."""
+"""The same on a page of a node, where plots have the full width."""
 
 KINDS: Final = ("nmt", "drive", "emcy", "sdo")
-"""Kinds of lanes that the overview shows whole, from the top."""
+"""Kinds of lanes that the overview shows completely, from the top."""
 
 _PLOT: Final = 120
 _READ: Final = 180
-"""A plot of this height has numbers beside its axis whatever its range, and room for a legend."""
+"""From this height on a plot has numbers beside its axis for any range, and room for a legend."""
 _AXIS: Final = 75
 _ENTRY: Final = 21
 _FEW: Final = 2 * BAR + LANE * TOGETHER
 _LINES: Final = 300
-"""Frames below plots have at least this height."""
+"""Minimum height of frames below plots."""
 _BOTTOM: Final = 3
-"""Plots of SYNC and load in a row."""
+"""Number of plots of SYNC and load in a row."""
 _HEIGHT: Final = 880
-"""That of a window on a screen of 1000 points, without its bars: a lower one cuts lanes off."""
+"""Height of a window on a screen of 1000 points, without its bars; a lower one cuts lanes off."""
 _SEEN: Final = 10
-"""Lanes on one page of a node, above its plots."""
+"""Number of lanes on one page of a node, above its plots."""
 _ALONE: Final = 18
-"""The same where it has no plots."""
+"""The same without plots."""
 _TOLD: Final = 220
 """Height of a node's findings and transfers."""
 _LOAD_NS: Final = 300_000_000
-"""A load is of 100 ms: two of them are no course of it."""
+"""Minimum duration of a capture for a plot of the load, which is measured over 100 ms."""
 _HIDDEN: Final = "…"
-"""What a legend calls the lines that it does not show: it has them all, but one entry a name."""
+"""Legend entry of hidden lines, which share one entry."""
 _IDS: Final = uuid.UUID("6b0e2b52-1f0c-4d0e-9d39-0d7a3c2f6c11")
 
 
 @dataclass(frozen=True, slots=True)
 class Plot:
-    """A plot before it is known how high it will be."""
+    """A plot whose height is not known yet."""
 
     title: str
     lines: dict[str, list[str | None]]
-    """By entity the names of its lines; None: not shown in this plot."""
+    """The names of its lines by entity; None: not shown in this plot."""
     end: float | None = None
-    """Its axis goes from 0 to this."""
+    """The upper end of its axis, which begins at 0."""
     limit: str = ""
     """The entity that is a limit for the others."""
     renamed: bool = False
-    """Its lines have other names than elsewhere."""
+    """True if its lines have other names than elsewhere."""
     points: bool = False
-    """It has points, which look as everywhere."""
+    """True if it has points, whose style is fixed."""
     span: tuple[float, float] | None = None
-    """The least and the greatest value of its lines, where no others come."""
+    """The least and the greatest value of its lines, if they are final."""
+
+
+class Blueprint(rrb.Blueprint):
+    """A layout whose linked time axes open on a range of their own."""
+
+    def __init__(self, root: Part, timeline: str, shown: rr.TimeRange, *, follows: bool = False) -> None:
+        """Shows `root` over a timeline. shown: its initial range. follows: it continues with new rows."""
+        super().__init__(
+            root,
+            rrb.BlueprintPanel(state="collapsed"),
+            rrb.SelectionPanel(state="collapsed"),
+            rrb.TimePanel(state="collapsed", timeline=timeline, play_state="following" if follows else "paused"),
+            auto_views=False,
+            auto_layout=False,
+        )
+        self.shown = shown
+
+    def _log_to_stream(self, stream: rr.RecordingStream) -> None:
+        super()._log_to_stream(stream)
+        stream.log(_GLOBAL, rrb.archetypes.TimeAxis(view_range=self.shown))
+
+
+def column(parts: Iterable[Sized], name: str | None = None) -> rrb.Container:
+    """Arranges parts below each other, in proportion to their desired heights."""
+    parts = list(parts)
+    return rrb.Vertical(*(part for part, _ in parts), row_shares=[height for _, height in parts], name=name)
 
 
 def layout(contents: Contents, words: Words, *, live: bool = False) -> rrb.Blueprint:
-    """Make the first layout of a recording; `live`: it shows the last minute and follows what comes."""
+    """Returns the initial layout of a recording; `live`: it shows the last minute and follows new rows."""
     views = _Views(contents, words, live=live)
     root = views.whole()
     _identify(root, "", "", set())
@@ -110,7 +150,7 @@ def layout(contents: Contents, words: Words, *, live: bool = False) -> rrb.Bluep
 
 
 def fit(text: str, columns: int) -> str:
-    """Cut a text to `columns` of a terminal's width."""
+    """Cuts a text to `columns` of a terminal's width."""
     if width(text) <= columns:
         return text
     while text and width(text) >= columns:
@@ -119,7 +159,7 @@ def fit(text: str, columns: int) -> str:
 
 
 def listed(names: Sequence[str], comma: str, columns: int) -> str:
-    """Join names as far as they fit in `columns`; the first of them is cut if it alone does not."""
+    """Joins the names that fit in `columns`; the first one is cut if it alone does not fit."""
     for count in range(len(names), 0, -1):
         text = comma.join(names[:count]) + ("…" if count < len(names) else "")
         if width(text) <= columns:
@@ -128,7 +168,7 @@ def listed(names: Sequence[str], comma: str, columns: int) -> str:
 
 
 class _Views:
-    """What is in the recording, as views with titles."""
+    """The contents of the recording as views with titles."""
 
     def __init__(self, contents: Contents, words: Words, *, live: bool) -> None:
         self.contents = contents
@@ -153,15 +193,15 @@ class _Views:
             self.timed.setdefault(charts.place(entity), []).append(entity)
         self.places = sorted(place for place in self.nodes if place[1])
         self.many = sum(len(self.lanes.get(kind, ())) for kind in KINDS) > TOGETHER
-        """There are more lanes than are in sight."""
+        """True if there are more lanes than are visible at once."""
         self.buses = max(len({bus for bus, _ in self.places}), len(contents.sync), len(contents.load))
 
     def of_node(self, place: Place) -> tuple[list[Lane], list[Line]]:
-        """Give its lanes and its lines."""
+        """Returns the lanes and lines of a node."""
         return self.nodes.setdefault(place, ([], []))
 
     def whole(self) -> rrb.Container:
-        """Overview, then the nodes."""
+        """Returns the overview and the nodes."""
         tabs = [self.overview()]
         nodes = self.pages()
         if len(nodes) > TABS:
@@ -174,7 +214,7 @@ class _Views:
         return rrb.Tabs(*tabs, active_tab=0)
 
     def pages(self) -> list[Part]:
-        """Those of the nodes, as long as there is room for their views."""
+        """Returns the pages of the nodes, as long as the number of their views is allowed."""
         found: list[Part] = []
         count = 0
         for bus, node in self.places:
@@ -187,17 +227,17 @@ class _Views:
         return found
 
     def more_than_overview(self) -> bool:
-        """Whether the tab of an only node has anything that the overview has not."""
+        """Returns true if the tab of an only node has more than the overview."""
         return bool(self.lines or self.lanes.get("value"))
 
     # The overview.
 
     def overview(self) -> Part:
-        """Lanes, plots, texts: few lanes stand above the plots, on the same scale of time; many have a column."""
+        """Returns lanes, plots and texts; few lanes are above the plots on the same time axis, many have a column."""
         lanes = self.kinds()
         used = sum(height for _, height in lanes)
         few = used <= _FEW
-        # Where lanes are many, the points of SDO transfers stand for theirs.
+        # With many lanes, the points of SDO transfers replace theirs.
         others = [*self.syncs(), *self.loads(), *([] if self.many else self.durations())]
         bottom = -(-len(others) // _BOTTOM)
         places = 2 * (int((_HEIGHT - used) // _READ) - bottom) if few else _HEIGHT // _PLOT - len(others)
@@ -227,11 +267,11 @@ class _Views:
         )
 
     def kinds(self) -> list[Sized]:
-        """Lanes of all nodes: few of them below each other, else a view a kind, and one for those with faults."""
+        """Returns lanes of all nodes: few of them below each other, or else a view per kind and one for faults."""
         kinds = [kind for kind in KINDS if kind in self.lanes]
         every = [lane for kind in kinds for lane in self.lanes[kind]]
         if not self.many:
-            # Rerun sorts the lanes of a view by their paths, which begin with their kinds: problems stand above NMT.
+            # Rerun sorts the lanes of a view by their paths, which begin with their kinds: problems are above NMT.
             others = [lane for lane in every if lane.kind != "nmt"] + self.values(FILLED - len(every))
             wrong, nmt = self.lanes.get("problems", []), self.lanes.get("nmt", [])
             first = self.states([*wrong, *nmt], "timeline.problems_nmt" if wrong and nmt else None)
@@ -258,14 +298,14 @@ class _Views:
         return [*views, *([self.states(values)] if values else []), *points]
 
     def values(self, room: int) -> list[Lane]:
-        """Lanes of signals that change and are no quantities: whole signals before single bits."""
+        """Returns lanes of signals that change and are no quantities: whole signals before single bits."""
         if room <= 0:
             return []
         changing = [lane for lane in self.lanes.get("value", ()) if lane.rows > 1]
         return sorted(changing, key=lambda lane: lane.entity.rpartition(".")[2].isdecimal())[:room]
 
     def states(self, lanes: list[Lane], title: str | None = None) -> Sized:
-        """Some lanes in one view."""
+        """Returns some lanes in one view."""
         kinds = {lane.kind for lane in lanes}
         title = title or (f"timeline.{kinds.pop()}" if len(kinds) == 1 else "timeline.states")
         view = rrb.StateTimelineView(
@@ -277,7 +317,7 @@ class _Views:
         return view, BAR + LANE * len(lanes)
 
     def syncs(self) -> list[Plot]:
-        """Per bus the period of SYNC, and when synchronous PDOs came against the window."""
+        """Returns per bus the period of SYNC, and the delays of synchronous PDOs with the window."""
         found = []
         for bus in sorted(self.contents.sync):
             period = self.titled(self.words("timeline.period"), bus)
@@ -298,7 +338,7 @@ class _Views:
         return found
 
     def loads(self) -> list[Plot]:
-        """The load of all buses: those in percent, and those of which the bit rate is not known."""
+        """Returns the load of all buses: those in percent, and those with an unknown bit rate."""
         if self.contents.last_ns - self.contents.first_ns < _LOAD_NS:
             return []
         found = []
@@ -314,7 +354,7 @@ class _Views:
         return found
 
     def durations(self, place: Place | None = None) -> list[Plot]:
-        """How long SDO transfers took: of one node, or of all where they are too short to be seen in their lanes."""
+        """Returns the durations of SDO transfers of one node, or of all if they are too short to see in their lanes."""
         if place is None and not self.contents.brief:
             return []
         mine = self.timed.get(place, []) if place else list(self.contents.durations)
@@ -323,14 +363,14 @@ class _Views:
         return [Plot(title, lines, points=True, span=self.span(mine))] if mine else []
 
     def span(self, entities: Iterable[str]) -> tuple[float, float] | None:
-        """How far the values of some entities go; None where others are to come."""
+        """Returns the range of the values of some entities; None if more may come."""
         known = [self.contents.ranges[one] for one in entities if one in self.contents.ranges]
         if self.live or not known:
             return None
         return min(least for least, _ in known), max(greatest for _, greatest in known)
 
     def log(self, *, whole: bool = False) -> list[Sized]:
-        """Findings and emergencies, and the summary behind them; `whole`: below them, in a column of their own."""
+        """Returns findings and emergencies with the summary behind them, or below them if `whole`."""
         views: list[Part] = []
         if self.contents.logged:
             levels, title = ["ERROR", "WARN", "INFO"], "timeline.log"
@@ -341,22 +381,22 @@ class _Views:
             )
         if self.contents.summary:
             views.append(rrb.TextDocumentView(origin="/summary", name=self.words("timeline.summary")))
-        if self.contents.stories:
-            stories = rrb.TextDocumentView(origin="/diagnosis", name=self.words("timeline.diagnosis"))
+        if self.contents.diagnosis:
+            diagnosis = rrb.TextDocumentView(origin="/diagnosis", name=self.words("timeline.diagnosis"))
             if whole:
                 # Beside the summary, in front of it.
-                views = [*views[:-1], rrb.Tabs(stories, *views[-1:], active_tab=0)] if views else [stories]
+                views = [*views[:-1], rrb.Tabs(diagnosis, *views[-1:], active_tab=0)] if views else [diagnosis]
             else:
-                views.insert(0, stories)
+                views.insert(0, diagnosis)
         if len(views) > 1 and not whole:
             return [(rrb.Tabs(*views, active_tab=0), TEXT)]
         return [(view, TEXT) for view in views]
 
     def frames(self) -> list[Sized]:
-        """Annotated frames."""
+        """Returns the annotated frames."""
         if not self.contents.frames:
             return []
-        # A finding stands with the frame that it is about, also one that was only told later; its code tells it from
+        # A finding is shown at its frame, even if it was reported later; its code distinguishes it from
         # frames, which have no level.
         found = self.contents.findings > 0
         view = rrb.TextLogView(
@@ -371,7 +411,7 @@ class _Views:
         return [(rrb.Tabs(*parts, active_tab=0) if len(parts) > 1 else view, _HEIGHT - TEXT)]
 
     def transfers(self, entities: Sequence[str]) -> list[rrb.View]:
-        """SDO transfers in words."""
+        """Returns SDO transfers in words."""
         if not entities:
             return []
         levels = set().union(*(self.contents.listed[entity] for entity in entities))
@@ -386,7 +426,7 @@ class _Views:
         only: Sequence[str] = ("ERROR", "WARN", "INFO"),
         origin: str = "/",
     ) -> rrb.View:
-        """Lines to be read; their level stands before them where there are several."""
+        """Returns lines of text; their level is shown if there are several."""
         told: list[Literal["LogLevel", "Body"]] = ["LogLevel", "Body"] if len(levels) > 1 else ["Body"]
         return rrb.TextLogView(
             origin=origin,
@@ -397,13 +437,13 @@ class _Views:
         )
 
     def clock(self) -> str:
-        """The timeline that is shown first."""
+        """Returns the initial timeline."""
         return CLOCK if self.contents.timed else "frame"
 
     # The nodes.
 
     def node(self, bus: str, node: int) -> Part | None:
-        """All lanes and all plots of a node, on pages where they are many."""
+        """Returns all lanes and plots of a node, on several pages if there are many."""
         own, lines = self.of_node((bus, node))
         lanes = [lane for kind in ("problems", *KINDS, "value") for lane in own if lane.kind == kind]
         plots = [self.plot(chart, of_node=True) for chart in charts.of_node(lines)] + self.durations((bus, node))
@@ -420,7 +460,7 @@ class _Views:
         return column(parts, fit(self.node_name(bus, node), 24)) if parts else None
 
     def told(self, bus: str, node: int) -> list[Sized]:
-        """Findings and emergencies of a node, and its SDO transfers beside them."""
+        """Returns findings and emergencies of a node, and its SDO transfers beside them."""
         mine = (bus, node)
         found = list(self.contents.told.get(mine, ()))
         views = [self.read(found, "timeline.log", {"ERROR", "WARN"})] if found else []
@@ -430,7 +470,7 @@ class _Views:
         return [(rrb.Horizontal(*views) if len(views) > 1 else views[0], _TOLD)]
 
     def paged(self, lanes: list[Lane], *, alone: bool) -> list[Sized]:
-        """Lanes on pages of as many as are seen whole, single bits behind what they are bits of."""
+        """Returns lanes on pages of fully visible ones, single bits after the signals that contain them."""
         most = _ALONE if alone else _SEEN
         lanes = sorted(lanes, key=lambda lane: lane.entity.rpartition(".")[2].isdecimal())
         pages = [lanes[start : start + most] for start in range(0, len(lanes), most)]
@@ -441,17 +481,17 @@ class _Views:
         return [(rrb.Tabs(*tabs, active_tab=0), max(height for _, height in states) + BAR / 2)]
 
     def node_name(self, bus: str, node: int) -> str:
-        """Node 5; with its bus where there are several."""
+        """Returns the name of a node, with its bus if there are several."""
         return self.titled(self.words("timeline.node", node=node), bus)
 
     def titled(self, title: str, bus: str) -> str:
-        """A title with its bus where there are several."""
+        """Returns a title, with its bus if there are several."""
         return f"{bus} {title}" if self.buses > 1 else title
 
     # Plots of signals.
 
     def plot(self, chart: Chart, *, of_node: bool = False) -> Plot:
-        """One plot: the lines that it has; the others of their PDOs stay hidden."""
+        """Returns one plot with its lines; the other lines of their PDOs are hidden."""
         lines: dict[str, list[str | None]] = {}
         named = [self.node_name(line.bus, line.node) if chart.shared else line.series.name for line in chart.lines]
         for line, name in zip(chart.lines, named, strict=True):
@@ -464,7 +504,7 @@ class _Views:
         return Plot(self.title(chart, of_node), lines, renamed=chart.shared, span=span)
 
     def title(self, chart: Chart, of_node: bool) -> str:
-        """Whose signals, which, and their unit, which is never cut off."""
+        """Returns the title: node, signals, and unit, which is never cut off."""
         unit = f" [{chart.unit}]" if chart.unit else ""
         names = list(dict.fromkeys(line.title for line in chart.lines))
         first = chart.lines[0]
@@ -479,7 +519,7 @@ class _Views:
 
 
 def _grid(plots: list[Plot], room: float, columns: int | None = None) -> Sized:
-    """Put plots below each other, in two columns where they are many."""
+    """Arranges plots below each other, in two columns if there are many."""
     if columns is None:
         columns = 1 if len(plots) <= 4 else 2
     rows = [plots[start : start + columns] for start in range(0, len(plots), columns)]
@@ -489,7 +529,7 @@ def _grid(plots: list[Plot], room: float, columns: int | None = None) -> Sized:
 
 
 def _over(signals: list[Plot], others: list[Plot], room: float) -> Sized:
-    """Put plots of signals above those of the bus."""
+    """Arranges plots of signals above those of the bus."""
     count = len(signals) + len(others)
     if count <= _BOTTOM or not signals or len(others) <= 1:
         return _grid([*signals, *others], room, 1 if count <= _BOTTOM else 2)
@@ -501,9 +541,9 @@ def _over(signals: list[Plot], others: list[Plot], room: float) -> Sized:
 
 
 def _series(plot: Plot, height: float) -> rrb.View:
-    """Make a plot of some height; its legend where it says more than the title and has room for all entries.
+    """Returns a plot of some height, with a legend if it says more than the title and fits.
 
-    An override is three chunks of some kilobytes: there is one only where an entity's own style would not do.
+    An override takes three chunks of some kilobytes, and is used only if an entity's own style does not suffice.
     """
     room = int((height - _AXIS) / _ENTRY)
     every = [name for names in plot.lines.values() for name in names]
@@ -538,7 +578,7 @@ def _series(plot: Plot, height: float) -> rrb.View:
 
 
 def _share(wanted: dict[str, float], height: float) -> dict[str, float]:
-    """Share out a height: half of it to the first, the rest alike; but no more than wanted while others want it."""
+    """Divides a height: half to the first, the rest equally, but to none more than wanted while others want it."""
     first, *others = wanted
     given = {first: min(wanted[first], max(height / 2, height - sum(wanted[one] for one in others)))}
     for one in sorted(others, key=wanted.__getitem__):
@@ -547,14 +587,14 @@ def _share(wanted: dict[str, float], height: float) -> dict[str, float]:
 
 
 def _count(part: Part) -> int:
-    """Count the views of a part."""
+    """Returns the number of views of a part."""
     return sum(map(_count, part.contents)) if isinstance(part, rrb.Container) else 1
 
 
 def _identify(part: Part, tab: str, place: str, taken: set[str]) -> None:
-    """Give the same ids in every layout of the same, so that one sent anew does not rebuild what stays.
+    """Sets ids that are the same in every layout of the same contents, so that a new one does not rebuild everything.
 
-    A view is known by its tab and its title, wherever it has moved to in there.
+    A view is identified by its tab and its title, even if it moves within the tab.
     """
     name = f"{tab}/{place}" if isinstance(part, rrb.Container) else f"{tab}/{part.name}"
     while name in taken:

@@ -1,35 +1,119 @@
-"""What is read line by line: annotated frames, findings and emergencies, SDO transfers.
+"""Texts of a recording: annotated frames, findings and emergencies as lines; summary and diagnosis as documents.
 
-Must not: make a text; the core's lines are the lines.
+The lines are the core's; the blocks of the summary come from `reports/summary_text.py`. Must not: count or measure.
 """
 
-from typing import Final
+import re
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from typing import Any, Final
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from canalyze.timeline.clock import places
+from canalyze.output import printable
+from canalyze.reports.summary_text import LEFT, report
 from canalyze.timeline.contents import Contents
-from canalyze.timeline.stream import LEVEL, TEXT, Stream, mapped, path, plain, words
+from canalyze.timeline.stream import LEVEL, TEXT, Stream, mapped, path, places, plain, words
 from canalyze.timeline.stream import part as part_of
+from canalyze.words import Words
+
+_SPECIAL: Final = re.compile(r"([\\`*_{}\[\]<>#|~])")
+_FACTS: Final = ("files", "frames", "first_t", "last_t", "seconds", "bit_rate", "dropped", "unreadable")
+
+
+def markdown(records: Sequence[Mapping[str, Any]], words: Words, *, dated: bool = False) -> str:
+    """Returns the records of one capture as a document. dated: stamps are dates, and formatted as such."""
+    sheet = _Markdown()
+    report(records, sheet, words, stamp=_date if dated else str)
+    return "".join(sheet.parts)
+
+
+def listed(lines: Sequence[str], words: Words) -> str:
+    """Returns a summary in words as a document with an item per line."""
+    items = "".join(f"- {_plain(line)}\n" for line in lines)
+    return f"# {_plain(words('timeline.summary'))}\n\n{items}"
+
+
+def facts(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Returns the properties of a recording; unknown ones are left out."""
+    capture = next(record for record in records if record["kind"] == "summary_capture")
+    return {key: capture[key] for key in _FACTS if capture[key] is not None}
+
+
+def problem_list(problems: Sequence[Mapping[str, Any]], words: Words) -> str:
+    """Returns the diagnosis as a document: a chapter per status, an item per problem, its consequences below it.
+
+    problems: rows of the core's table, in the order of reading, each with `caused` in words.
+    """
+    lines = [f"# {_plain(words('timeline.diagnosis'))}\n"]
+    heading = ""
+    for one in problems:
+        if not one["depth"] and one["status"] != heading:
+            heading = one["status"]
+            lines.append(f"\n## {_plain(words.of('problem_heading', heading))}\n\n")
+        indent = "  " * one["depth"]
+        caused = f" ({_plain(one['caused'])})" if one["caused"] else ""
+        lines.append(f"{indent}- **\\#{one['id']}** {_plain(one['message'])}{caused}\n")
+        if not one["depth"] and one["checks"] and one["status"] != "harmless":
+            checks = words("diagnose.between").join(one["checks"].split("\n"))
+            lines.append(f"{indent}  - {_plain(words('diagnose.check_first', said=checks))}\n")
+    return "".join(lines)
+
+
+def _date(stamp: str) -> str:
+    """Returns a stamp as the viewer formats it: date and time of day."""
+    seconds, _, fraction = str(stamp).partition(".")
+    try:
+        day = datetime.fromtimestamp(int(seconds), UTC)
+    except (ValueError, OverflowError, OSError):  # no date after all
+        return str(stamp)
+    return f"{day:%Y-%m-%d %H:%M:%S}" + (f".{fraction}" if fraction else "")
+
+
+class _Markdown:
+    """Blocks as chapters."""
+
+    def __init__(self) -> None:
+        self.parts: list[str] = []
+
+    def facts(self, heading: str, rows: Sequence[tuple[str, str]]) -> None:
+        lines = "".join(f"- {_plain(term)}: {_plain(text)}\n" if term else f"- {_plain(text)}\n" for term, text in rows)
+        self.parts.append(f"# {_plain(heading)}\n\n{lines}")
+
+    def table(self, heading: str, keys: Sequence[str], names: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+        sides = [":--" if key in LEFT else "--:" for key in keys]
+        lines = "".join(f"| {' | '.join(cells)} |\n" for cells in (map(_plain, row) for row in rows))
+        head = f"| {' | '.join(map(_plain, names))} |\n|{'|'.join(sides)}|\n"
+        self.parts.append(f"\n## {_plain(heading)}\n\n{head}{lines}")
+
+    def line(self, text: str) -> None:
+        if text:
+            self.parts.append(f"\n{_plain(text)}\n")
+
+
+def _plain(text: str) -> str:
+    """Returns a text with Markdown's special characters escaped."""
+    return _SPECIAL.sub(r"\\\1", printable(text))
+
 
 _LEVELS: Final[dict[str | None, str]] = {"error": "ERROR", "warning": "WARN", "info": "INFO", None: "TRACE"}
 _SOURCES: Final = {"finding": "findings", "emcy": "emcy"}
-"""The second part of their paths, by what the core calls them; the third is the bus, then comes the node."""
+"""The second part of their paths, by the core's names; the third is the bus, then comes the node."""
 
 
 class LogWriter:
-    """Lines on their way into a recording."""
+    """Writes lines to a recording."""
 
     def __init__(self, stream: Stream, contents: Contents) -> None:
-        """Rows go to `stream`; `contents` is told what there is."""
+        """Writes rows to `stream` and updates `contents`."""
         self._stream = stream
         self._contents = contents
         self._buses: set[str] = set()
 
     def frames(self, batch: pa.RecordBatch) -> None:
-        """Take annotated frames. The bus stands before them where there are several."""
+        """Appends annotated frames, prefixed with the bus if there are several."""
         if not len(batch):
             return
         lines, buses = batch.column("line"), batch.column("bus")
@@ -41,7 +125,7 @@ class LogWriter:
         self._stream.texts("/frames", places(batch), [(TEXT, lines), (LEVEL, levels)])
 
     def log(self, batch: pa.RecordBatch) -> None:
-        """Take findings and emergencies."""
+        """Appends findings and emergencies."""
         rows, sources = places(batch), np.asarray(plain(batch.column("source")), object)
         coded = pc.binary_join_element_wise(plain(batch.column("code")), batch.column("text"), "  ")
         levels = mapped(batch.column("level"), _LEVELS)

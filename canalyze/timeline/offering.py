@@ -1,8 +1,8 @@
-"""The layout of a recording, offered anew when there is something new to show.
+"""The layout of a recording, updated if there is something new to show.
 
-A file's layout is its default: what a user has made of the one before, for the same network, stays. A viewer takes a
-new default only when it has none; so where a growing recording is looked at, the new layout is made the active one,
-unless the views there are no longer those that were offered. Must not: decide what a layout looks like.
+A file's layout is its default: the user's changes to an earlier one, for the same network, are kept. A viewer applies
+a new default only if it has none; while a growing recording is shown, the new layout is therefore activated, unless
+the user has changed the views. Must not: design a layout.
 """
 
 import contextlib
@@ -21,7 +21,7 @@ from canalyze.words import Words
 _LEAST_S: Final = 2.0
 _MOST_S: Final = 30.0
 _SHARE: Final = 0.1
-"""Between two layouts: a tenth of the time so far, but not less or more than these."""
+"""Interval of layouts: this fraction of the time so far, within these limits."""
 
 
 class Offering:
@@ -30,7 +30,7 @@ class Offering:
     def __init__(
         self, recording: rr.RecordingStream, contents: Contents, words: Words, *, viewer: str | None, live: bool
     ) -> None:
-        """None yet. viewer: where the recording is looked at while it grows. live: it is looked at as it happens."""
+        """Starts without a layout. viewer: shows the recording while it grows. live: shows it as it happens."""
         self._recording = recording
         self._contents = contents
         self._words = words
@@ -39,21 +39,21 @@ class Offering:
         self._client: Any = None
         self._outline: tuple[object, ...] = ()
         self._views: set[str] = set()
-        """Ids of the views that were offered last."""
+        """Ids of the views of the last layout."""
         self._since = self._last = time.monotonic()
 
     def due(self) -> bool:
-        """Tell whether it is time to see what is new."""
+        """Returns true if it is time to check for something new."""
         now = time.monotonic()
         return now - self._last >= min(max(_LEAST_S, _SHARE * (now - self._since)), _MOST_S)
 
     def first(self) -> rrb.Blueprint:
-        """Give the layout that comes before all rows."""
+        """Returns the layout before all rows."""
         self._outline, self._last = _outline(self._contents, live=self._live), time.monotonic()
         return self._made()
 
     def renew(self) -> None:
-        """Send a new layout if it would be another one."""
+        """Sends a new layout if it differs."""
         self._last = time.monotonic()
         outline = _outline(self._contents, live=self._live)
         if outline == self._outline:
@@ -68,7 +68,7 @@ class Offering:
         return made
 
     def _shown(self) -> set[str] | None:
-        """Give the ids of the viewer's views; None where it does not tell."""
+        """Returns the ids of the viewer's views; None if they are unknown."""
         if self._viewer is None:
             return None
         with contextlib.suppress(Exception):  # it is experimental: what it may raise is not said
@@ -88,9 +88,9 @@ def _views(part: Any) -> Iterator[Any]:
 
 
 def _outline(contents: Contents, *, live: bool) -> tuple[object, ...]:
-    """Give what a layout is made of, as far as one may differ from the next.
+    """Returns the contents as far as layouts depend on them.
 
-    live: ranges of values do not count, since no axis goes by them.
+    live: without ranges of values, because no axis depends on them.
     """
     return (
         tuple((plot.entity, tuple(one.varies for one in plot.series)) for plot in contents.plots.values()),

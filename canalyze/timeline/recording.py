@@ -1,8 +1,8 @@
-"""A recording for Rerun out of the core's tables: what is in which entity, from the first batch to the last.
+"""Writes the core's tables to a Rerun recording, from the first batch to the last.
 
-`timeline/__init__` lists the tables; each has a writer in this folder. A recording begins with the first rows: until a
-frame is listed, rows wait, because their application id and the beginning of time come from them. Must not: start a
-viewer, or know what a frame means.
+`timeline/__init__` lists the tables; each has a writer in this folder. Rows wait until the first frame is listed,
+because the application id and the start of time depend on them. Must not: start a viewer, or know the meaning of a
+frame.
 """
 
 import errno
@@ -21,15 +21,13 @@ import pyarrow as pa
 import rerun as rr
 
 from canalyze.errors import OutputError
-from canalyze.timeline.clock import Clock, places
 from canalyze.timeline.contents import Contents
-from canalyze.timeline.incidents import IncidentWriter
 from canalyze.timeline.lanes import LaneWriter
-from canalyze.timeline.logs import LogWriter
+from canalyze.timeline.logs import LogWriter, facts, listed, markdown
 from canalyze.timeline.offering import Offering
+from canalyze.timeline.problems import ProblemWriter
 from canalyze.timeline.series import SeriesWriter
-from canalyze.timeline.stream import Stream
-from canalyze.timeline.summary import facts, listed, markdown
+from canalyze.timeline.stream import Clock, Stream, places
 from canalyze.timeline.transfers import TransferWriter
 from canalyze.words import Words
 
@@ -37,21 +35,21 @@ if TYPE_CHECKING:
     from canalyze._core import Batch
 
 _WAITING: Final = 64
-"""Batches that wait at most for the first annotated frame."""
+"""Maximum number of batches that wait for the first annotated frame."""
 _UNWRITTEN: Final = 1 << 20
-"""Rows that may be on their way into a file."""
+"""Maximum number of rows that wait to be written to a file."""
 _INDEXED: Final = 100
-"""Nodes up to which a file has an index: with 127 nodes of an hour Rerun 0.41 does not get through one."""
+"""Maximum number of nodes for which a file has an index; Rerun 0.41 fails on one of 127 nodes and an hour."""
 _COLOURED: Final = 64
-"""States of a lane up to which the colour of a new one is told with it: all of them are told anew each time."""
+"""Maximum number of states of a lane whose colours are updated with each new one, because all are written again."""
 _LEAST_ROOM: Final = 4 << 20
-"""Bytes of a disk below which nothing is begun."""
+"""Minimum free bytes of the disk."""
 _TIMES: Final = 4
-"""What the first rows take in a file at most, by what they take in memory."""
+"""Maximum ratio of the size of the first rows in a file to that in memory."""
 _SYSTEM: Final = re.compile(r"\(os error (\d+)\)")
 _SAFE: Final = re.compile("[^A-Za-z0-9]+")
 _LONGEST: Final = 24
-"""Characters of the readable part of an application id."""
+"""Maximum length of the readable part of an application id."""
 
 
 class Timeline:
@@ -67,11 +65,11 @@ class Timeline:
         configuration: Iterable[str] = (),
         live: bool = False,
     ) -> None:
-        """Nothing in it yet, and nothing written. What cannot be written to a file is an OutputError, of any method.
+        """Creates the timeline without writing. All methods raise OutputError if the file cannot be written.
 
         name: of the recording, for people. save: the file. connect: the viewer, as rerun+http://127.0.0.1:9876/proxy.
-        configuration: what tells this network from another, as the descriptions of its nodes; a layout is kept for
-        each network by itself. live: rows come as they happen, and without end.
+        configuration: distinguishes networks, such as the descriptions of their nodes; each has its own layout. live:
+        rows come as they happen, without end.
         """
         self.contents = Contents()
         self._words = words
@@ -84,10 +82,10 @@ class Timeline:
         self._recording: rr.RecordingStream | None = None
         self._unwritten = 0
         self._nodes = 0
-        """Nodes in the rows that the recording began with."""
+        """Number of nodes in the first rows."""
 
     def take(self, batches: "Iterable[tuple[str, Batch]]") -> None:
-        """Take batches as they come from a session."""
+        """Appends batches from a session."""
         taken = [(name, pa.record_batch(batch)) for name, batch in batches if batch.num_rows]
         if self._waiting is None:
             self._write(taken)
@@ -106,11 +104,11 @@ class Timeline:
             self._begin()
 
     def finish(self, summary: bytes = b"", lines: Sequence[str] = ()) -> None:
-        """End the recording with a summary: JSON lines, or lines for people."""
+        """Ends the recording with a summary: JSON lines, or lines for people."""
         self._begin()
-        if self._recording and (stories := self._incidents.finish()):
-            self.contents.stories = True
-            self._stream.always("/diagnosis", rr.TextDocument(stories, media_type="text/markdown"))
+        if self._recording and (problems := self._problems.finish()):
+            self.contents.diagnosis = True
+            self._stream.always("/diagnosis", rr.TextDocument(problems, media_type="text/markdown"))
         records = [json.loads(line) for line in summary.splitlines()]
         if self._recording and (records or lines):
             self.contents.summary = True
@@ -121,7 +119,7 @@ class Timeline:
         self.close()
 
     def close(self) -> None:
-        """End the recording as it is; whatever was taken is in it."""
+        """Ends the recording; everything taken is in it."""
         self._begin()
         if self._recording is not None:
             self._renew()
@@ -133,7 +131,7 @@ class Timeline:
                 recording.disconnect()
 
     def _begin(self) -> None:
-        """Create the recording out of the rows that wait, unless there is one."""
+        """Creates the recording from the waiting rows, unless it exists."""
         if self._waiting is None:
             return
         waited, self._waiting = self._waiting, None
@@ -147,7 +145,7 @@ class Timeline:
         self._lanes = LaneWriter(stream, contents, transfers, ends=series.ends, at_once=self._live)
         self._series = series
         logs = LogWriter(stream, contents)
-        self._incidents = IncidentWriter(stream, contents, self._words)
+        self._problems = ProblemWriter(stream, contents, self._words)
         self._writers: dict[str, Callable[[pa.RecordBatch], None]] = {
             "pdo": series.pdo,
             "sync_cycles": series.sync,
@@ -155,7 +153,7 @@ class Timeline:
             "lanes": self._lanes.take,
             "log": logs.log,
             "listing": logs.frames,
-            "problems": self._incidents.take,
+            "problems": self._problems.take,
         }
         self._offering = Offering(recording, contents, self._words, viewer=self._connect, live=self._live)
         recording.send_recording_name(self._name)
@@ -169,7 +167,7 @@ class Timeline:
             recording.set_sinks(*self._sinks(), default_blueprint=self._offering.first())
 
     def _need_room(self, size: int) -> None:
-        """Make sure that the disk has room for the first rows: Rerun waits without end where these do not fit."""
+        """Checks that the disk has room for the first rows, without which Rerun would wait forever."""
         if self._save and Path(self._save).is_file():
             free = shutil.disk_usage(Path(self._save).parent).free
             if free < _LEAST_ROOM + _TIMES * size:
@@ -193,7 +191,7 @@ class Timeline:
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
-        """Say what is wrong with the file. That a viewer is gone is no fault: its user has closed it."""
+        """Converts errors of the file; a closed viewer is no error."""
         try:
             yield
         except RuntimeError as error:
@@ -205,7 +203,7 @@ class Timeline:
             raise OutputError("output.write", name=self._save, error=OSError(number, os.strerror(number))) from error
 
     def _renew(self) -> None:
-        """Bring up to date what the recording has only once: colours, extent, layout."""
+        """Updates the parts of the recording that exist only once: colours, extent, layout."""
         self._lanes.flush()
         self._lanes.colour()
         self._series.flush()
@@ -215,7 +213,7 @@ class Timeline:
         self._offering.renew()
 
     def _application(self, batches: list[tuple[str, pa.RecordBatch]]) -> str:
-        """Give an id that is the same for the same network: a layout that a user makes is kept under it."""
+        """Returns an id that is the same for the same network; layouts of the user are stored under it."""
         whose: set[tuple[str, int]] = set()
         for name, batch in batches:
             if name == "listing":
@@ -223,7 +221,7 @@ class Timeline:
                 for row in pairs.group_by(["bus", "node"]).aggregate([]).to_pylist():
                     whose.add((row["bus"] or "", row["node"] or 0))
         buses = sorted({bus for bus, _ in whose})
-        # What is on a live bus within the first moments is chance.
+        # The nodes in the first moments of a live bus are random.
         self._nodes = len({one for one in whose if one[1]})
         nodes = [] if self._live else sorted(one for one in whose if one[1])
         digest = hashlib.sha256(json.dumps([buses, nodes, self._configuration]).encode("utf-8", "surrogatepass"))

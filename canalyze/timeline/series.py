@@ -1,7 +1,7 @@
-"""What is plotted: quantities of PDOs, periods and delays of SYNC, the load of a bus.
+"""Plots: quantities of PDOs, periods and delays of SYNC, the load of a bus.
 
-One entity a PDO and mapping, a row a frame, all its quantities in it, as physical values. Must not: choose what is
-shown first, which the layout does.
+One entity per PDO and mapping, a row per frame with all its quantities, as physical values. Must not: choose the
+initial view.
 """
 
 from collections.abc import Mapping
@@ -12,41 +12,40 @@ import numpy.typing as npt
 import pyarrow as pa
 import rerun as rr
 
-from canalyze.timeline.clock import Places, places
 from canalyze.timeline.colours import WINDOW
 from canalyze.timeline.contents import Contents, Plot, Series
-from canalyze.timeline.stream import Stream, path, words
+from canalyze.timeline.stream import Places, Stream, path, places, words
 from canalyze.words import Words
 
 _ENDS: Final = 4096
-"""Ends of a PDO's samples that wait at most; the oldest are written before."""
+"""Maximum number of waiting ends of a PDO's samples."""
 _LONGEST: Final = 64
-"""Characters of a signal's name that its line is called by."""
+"""Maximum length of a signal's name in that of its line."""
 _US: Final = 1000.0
 """Nanoseconds in a microsecond."""
 _WINDOW_NS: Final = 100_000_000
-"""A row of the load is about so long."""
+"""Duration of a row of the load."""
 
 Numbers = npt.NDArray[np.float64]
-"""Numbers of rows; NaN where there is none."""
+"""Numbers of rows, NaN for none."""
 
 
 class SeriesWriter:
-    """Plots on their way into a recording."""
+    """Writes plots to a recording."""
 
     def __init__(self, stream: Stream, contents: Contents, words: Words) -> None:
-        """Rows go to `stream`; `contents` is told what there is."""
+        """Writes rows to `stream` and updates `contents`."""
         self._stream = stream
         self._contents = contents
         self._words = words
         self._pdos: dict[bytes, _Pdo] = {}
         self._windows: dict[str, float] = {}
-        """The synchronous window shown last, by bus, in µs."""
+        """The last synchronous window, by bus, in µs."""
         self._ended: dict[str, list[Places]] = {}
-        """Where samples do not hold on, by the entity of the PDO's first mapping."""
+        """Positions where samples end, by the entity of the PDO's first mapping."""
 
     def pdo(self, batch: pa.RecordBatch) -> None:
-        """Take rows of a PDO by one mapping."""
+        """Appends rows of a PDO by one mapping."""
         table = batch.schema.metadata[b"table"]
         pdo = self._pdos.get(table)
         if pdo is None:
@@ -56,7 +55,7 @@ class SeriesWriter:
             plot = pdo.plot
             if not plot.rows:
                 self._contents.plots[plot.entity] = plot
-                # A sample holds until the next one: between two of them nobody sent anything.
+                # A sample holds until the next one.
                 self._named(plot.entity, [one.name for one in plot.series], rr.components.InterpolationMode.StepAfter)
             values = np.empty((len(rows), len(pdo.columns)), np.float64)
             for line, (place, factor) in enumerate(pdo.columns):
@@ -69,14 +68,14 @@ class SeriesWriter:
             self._delays(pdo, rows, delays)
 
     def ends(self, entity: str, rows: Places) -> None:
-        """Take where the samples of a PDO, of any mapping, do not hold on."""
+        """Appends positions where the samples of a PDO, of any mapping, end."""
         waiting = self._ended.setdefault(entity, [])
         waiting.append(rows)
         if sum(map(len, waiting)) > _ENDS:
             self._end(entity)
 
     def flush(self) -> None:
-        """Put ends that wait into the recording. They come behind a sample of the same frame, and so end it."""
+        """Writes the waiting ends, after a sample of the same frame, which they end."""
         for entity in list(self._ended):
             self._end(entity)
 
@@ -88,7 +87,7 @@ class SeriesWriter:
                 self._stream.scalars(plot.entity, rows, np.full((len(rows), len(plot.series)), np.nan))
 
     def _delays(self, pdo: "_Pdo", rows: Places, delays: pa.Array) -> None:
-        """Put the time since SYNC of those that have one."""
+        """Writes the delays after SYNC of the rows that have one."""
         if pdo.delay not in self._contents.delays:
             self._contents.delays[pdo.delay] = None
             self._named(pdo.delay, [f"{pdo.plot.node}.{pdo.plot.pdo} [µs]"])
@@ -96,7 +95,7 @@ class SeriesWriter:
         self._put(pdo.delay, rows[some], _numbers(delays)[some] / _US)
 
     def sync(self, batch: pa.RecordBatch) -> None:
-        """Take SYNC cycles."""
+        """Appends SYNC cycles."""
         for bus, rows, some in _by_bus(batch):
             entity = path("sync", bus, "period")
             if bus not in self._contents.sync:
@@ -106,7 +105,7 @@ class SeriesWriter:
             self._window(bus, rows, _numbers(batch.column("window_ns"))[some] / _US)
 
     def _window(self, bus: str, rows: Places, windows: Numbers) -> None:
-        """Put the synchronous window where it changes, and again at the end, up to which it is drawn."""
+        """Writes the synchronous window where it changes, and at the end, so that it is drawn up to there."""
         known = np.where(np.isnan(windows), -1.0, windows)
         before = np.concatenate(([self._windows.get(bus, -1.0)], known[:-1]))
         if (known < 0).all() and before[0] < 0:
@@ -123,7 +122,7 @@ class SeriesWriter:
         self._put(entity, rows[change], windows[change])
 
     def load(self, batch: pa.RecordBatch) -> None:
-        """Take the load of buses, in percent where the bit rate is known, else frames a second."""
+        """Appends the load of buses, in percent if the bit rate is known, or else in frames per second."""
         for bus, rows, some in _by_bus(batch):
             entity = path("load", bus)
             percent = self._contents.load.get(bus)
@@ -144,7 +143,7 @@ class SeriesWriter:
             self._put(entity, rows, values)
 
     def _put(self, entity: str, rows: Places, values: Numbers) -> None:
-        """Put an entity's only line, of which it is known how far it goes."""
+        """Writes an entity's only line and updates its range."""
         finite = values[np.isfinite(values)]
         if len(finite):
             self._contents.widen(entity, float(finite.min()), float(finite.max()))
@@ -161,7 +160,7 @@ class SeriesWriter:
 
 
 class _Pdo:
-    """What a table of a PDO's rows is made into."""
+    """The plot and the columns of a table of a PDO's rows."""
 
     def __init__(self, schema: pa.Schema) -> None:
         meta = _text(schema.metadata)
@@ -170,7 +169,7 @@ class _Pdo:
         shown = [(place, one) for place, one in enumerate(map(_meta, schema)) if one.get("quantity") == "true"]
         series = [_series(schema.field(place).name, one) for place, one in shown]
         self.columns = [(place, float(one["factor"])) for place, one in shown]
-        """Place in the table and factor of each line."""
+        """Column of the table and factor of each line."""
         self.plot = Plot(path("pdo", *whose, version), meta["bus"], int(meta["node"]), meta["pdo"], series)
         self.delay = path("sync", meta["bus"], "delay", *whose[1:])
 
@@ -180,7 +179,7 @@ def _series(name: str, meta: dict[str, str]) -> Series:
     if len(name) > _LONGEST:
         # Cut, it may be another one's: the object is not.
         name = f"{name[:_LONGEST]}… ({meta['object']})"
-    # A signal that nobody has named is called by its object: 2000h:01.
+    # An unnamed signal has the name of its object: 2000h:01.
     described = not name.startswith(f"{meta['object'][:4]}h")
     return Series(f"{name} [{unit}]" if unit else name, unit, described, kind=meta.get("kind", ""))
 
@@ -201,12 +200,12 @@ def _text(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
 
 
 def _numbers(column: pa.Array) -> Numbers:
-    """Give a column of any numbers; NaN for null."""
+    """Returns a column of any numbers, with NaN for null."""
     return np.asarray(column.to_numpy(zero_copy_only=False), np.float64)
 
 
 def _by_bus(batch: pa.RecordBatch) -> "list[tuple[str, Places, npt.NDArray[np.bool_]]]":
-    """Give the rows of each bus, "" where the capture names none."""
+    """Returns the rows of each bus, "" if the capture has no names."""
     rows = places(batch)
     buses = batch.column("bus").dictionary_decode()
     if buses.null_count == len(buses) or (buses.null_count == 0 and len(words(buses)) == 1):
@@ -217,7 +216,7 @@ def _by_bus(batch: pa.RecordBatch) -> "list[tuple[str, Places, npt.NDArray[np.bo
 
 
 def _from(rows: Places, start_ns: int) -> Places:
-    """Put a row before the first one."""
+    """Returns the rows preceded by one at `start_ns`."""
     t_ns = np.concatenate(([start_ns], rows.t_ns))
     again = np.concatenate(([0], np.arange(len(rows))))
     return Places(t_ns, rows.stamped[again], rows.frame[again], rows.cycle[again])

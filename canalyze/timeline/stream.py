@@ -1,9 +1,13 @@
-"""Rows on their way into a recording: Arrow's columns become columns of Rerun's components, without an object a row.
+"""Writes Arrow columns as columns of Rerun's components at the positions of their rows, without an object per row.
 
-Must not: know what the rows are, or what else is in the recording.
+`capture_time` exists if stamps are dates, `time_since_start` counts from the first stamp, `frame` always exists,
+`sync_cycle` after the first SYNC. A row without a stamp is on the last two only; one whose stamp is no date is not
+on the first. If the clock is set during a capture, from 1970 to now or back, there is no gap: the next frame gets
+the position of the one before. Must not: know the meaning of the rows, or the rest of the recording.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -11,10 +15,196 @@ import numpy.typing as npt
 import pyarrow as pa
 import rerun as rr
 
-from canalyze.timeline.clock import Clock, Places
+from canalyze.timeline.contents import Contents
+from canalyze.values import DATES_NS
 
 if TYPE_CHECKING:
     from rerun import ComponentDescriptor
+
+
+CAPTURE_TIME: Final = "capture_time"
+ELAPSED: Final = "time_since_start"
+FRAME: Final = "frame"
+SYNC_CYCLE: Final = "sync_cycle"
+
+_LEAST: Final = -(2**63) + 1
+"""The least valid time in ns; viewers treat the next smaller one as no time."""
+_MOST: Final = 2**63 - 1
+
+Whole = npt.NDArray[np.int64]
+"""Whole numbers of rows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Places:
+    """The positions of rows."""
+
+    t_ns: Whole
+    """Stamps; undefined for rows without one."""
+    stamped: npt.NDArray[np.bool_]
+    """True for rows with a stamp."""
+    frame: Whole
+    """Frames, from 1."""
+    cycle: Whole
+    """SYNC cycles of the row's bus; 0 before the first."""
+
+    def __len__(self) -> int:
+        return len(self.frame)
+
+    def __getitem__(self, rows: "slice | npt.NDArray[Any]") -> "Places":
+        """Returns the positions of some rows."""
+        return Places(self.t_ns[rows], self.stamped[rows], self.frame[rows], self.cycle[rows])
+
+    def followed_by(self, rows: "Places") -> "Places":
+        """Returns these positions followed by others."""
+        return Places(
+            np.concatenate((self.t_ns, rows.t_ns)),
+            np.concatenate((self.stamped, rows.stamped)),
+            np.concatenate((self.frame, rows.frame)),
+            np.concatenate((self.cycle, rows.cycle)),
+        )
+
+
+def places(batch: pa.RecordBatch) -> Places:
+    """Returns the positions in a batch of any table."""
+    stamps = batch.column("t_ns")
+    # Of a PDO, `cycle` is the one that it belongs to: asynchronous ones belong to none.
+    named = "running_cycle" if "running_cycle" in batch.schema.names else "cycle"
+    frame = "begin_frame" if "begin_frame" in batch.schema.names else "frame"
+    return Places(
+        numbers(stamps),
+        np.ones(len(stamps), np.bool_) if not stamps.null_count else np.asarray(stamps.is_valid()),
+        numbers(batch.column(frame)),
+        numbers(batch.column(named)),
+    )
+
+
+def numbers(column: pa.Array) -> Whole:
+    """Returns a column of whole numbers, with 0 for null."""
+    if column.null_count:
+        column = column.fill_null(0)
+    return np.asarray(column).astype(np.int64, copy=False)
+
+
+class Clock:
+    """The timelines and their extent."""
+
+    def __init__(self, contents: Contents) -> None:
+        """Creates the timelines without rows; `contents` is updated."""
+        self._contents = contents
+        self._first: int | None = None
+        self._zeros: dict[bool, int] = {}
+        """The stamp at 0 s of `time_since_start`, for stamps that are dates and for others."""
+        self._dates: tuple[int, int] | None = None
+        """The first and the last date."""
+        self._last_cycle = 0
+
+    @property
+    def start_ns(self) -> int:
+        """The stamp from which time counts."""
+        return self._first or 0
+
+    def start(self, batches: Iterable[Places]) -> None:
+        """Sets the start to the earliest stamped frame in the first rows of all tables."""
+        seen = [rows[rows.stamped] for rows in batches if self._cycles(rows)]
+        self._learn([rows for rows in seen if len(rows)])
+
+    def _cycles(self, rows: Places) -> bool:
+        """Notes if there are SYNC cycles; returns true if there are rows."""
+        self._contents.cycles |= bool(len(rows) and rows.cycle.max() > 0)
+        return bool(len(rows))
+
+    def _learn(self, seen: list[Places]) -> None:
+        """Learns the first stamp of either kind.
+
+        A clock that is set during a capture jumps by decades, for an unknown time: the first stamp after it gets the
+        position of the last one before it.
+        """
+        first: dict[bool, tuple[int, int]] = {}
+        for rows in seen:
+            for dated in (False, True):
+                (some,) = np.nonzero((rows.t_ns >= DATES_NS) == dated)
+                if len(some):
+                    place = some[rows.frame[some].argmin()]
+                    one = (int(rows.frame[place]), int(rows.t_ns[place]))
+                    first[dated] = min(first.get(dated, one), one)
+        contents = self._contents
+        for dated, (frame, t_ns) in sorted(first.items(), key=lambda one: one[1]):
+            if dated in self._zeros:
+                continue
+            before = contents.last_ns
+            if not self._zeros:
+                self._first, before, contents.timed, contents.first_ns = t_ns, 0, True, 0
+            else:
+                ends = [
+                    int(rows.t_ns[which].max()) - self._zeros[not dated]
+                    for rows in seen
+                    if (which := ((rows.t_ns >= DATES_NS) != dated) & (rows.frame < frame)).any()
+                ]
+                before = min(max(ends, default=before), _MOST)
+            self._zeros[dated] = max(_LEAST - 1, min(t_ns - before, _MOST))
+            contents.dated |= dated
+
+    def pieces(self, rows: Places) -> "Iterator[tuple[npt.NDArray[np.int64] | None, list[rr.TimeColumn]]]":
+        """Yields indices of rows on the same timelines, None for all of them, with their positions.
+
+        A timeline that begins with these rows is included.
+        """
+        if not self._cycles(rows):
+            return
+        dates = rows.stamped & (rows.t_ns >= DATES_NS)
+        others = rows.stamped ^ dates
+        if (True not in self._zeros and dates.any()) or (False not in self._zeros and others.any()):
+            self._learn([rows[rows.stamped]])
+        kinds: list[tuple[npt.NDArray[np.bool_], bool | None]] = [(dates, True), (others, False)]
+        for which, dated in kinds:
+            if which.all():
+                yield None, self._columns(rows, dated=dated)
+                return
+        kinds.append((~rows.stamped, None))
+        # Of two rows at one time, the one that is sent last counts.
+        found = ((np.nonzero(which)[0], dated) for which, dated in kinds)
+        for some, dated in sorted((one for one in found if len(one[0])), key=lambda one: int(one[0][0])):
+            yield some, self._columns(rows[some], dated=dated)
+
+    def span(self) -> list[rr.TimeColumn]:
+        """Returns the first and the last position on every timeline."""
+        contents = self._contents
+        columns = [rr.TimeColumn(FRAME, sequence=np.array([contents.first_frame, contents.last_frame], np.int64))]
+        if contents.cycles:
+            columns.append(rr.TimeColumn(SYNC_CYCLE, sequence=np.array([0, self._last_cycle], np.int64)))
+        if contents.timed:
+            elapsed = np.array([contents.first_ns, contents.last_ns], np.int64)
+            columns.append(rr.TimeColumn(ELAPSED, duration=elapsed.view("timedelta64[ns]")))
+        if self._dates:
+            dates = np.array(self._dates, np.int64)
+            columns.append(rr.TimeColumn(CAPTURE_TIME, timestamp=dates.view("datetime64[ns]")))
+        return columns
+
+    def _columns(self, rows: Places, *, dated: bool | None) -> list[rr.TimeColumn]:
+        """Returns the positions of rows whose stamps are dates, are none, or are missing (None)."""
+        contents = self._contents
+        columns = [rr.TimeColumn(FRAME, sequence=rows.frame)]
+        if contents.first_frame == 0:
+            contents.first_frame = int(rows.frame.min())
+        contents.first_frame = min(contents.first_frame, int(rows.frame.min()))
+        contents.last_frame = max(contents.last_frame, int(rows.frame.max()))
+        if contents.cycles:
+            columns.append(rr.TimeColumn(SYNC_CYCLE, sequence=rows.cycle))
+            self._last_cycle = max(self._last_cycle, int(rows.cycle.max()))
+        if dated is not None:
+            zero = self._zeros[dated]
+            elapsed = np.clip(rows.t_ns, _LEAST + max(zero, 0), _MOST + min(zero, 0)) - zero
+            columns.append(rr.TimeColumn(ELAPSED, duration=elapsed.view("timedelta64[ns]")))
+            contents.first_ns = min(contents.first_ns, int(elapsed.min()))
+            contents.last_ns = max(contents.last_ns, int(elapsed.max()))
+        if dated:
+            first, last = int(rows.t_ns.min()), int(rows.t_ns.max())
+            known = self._dates or (first, last)
+            self._dates = min(first, known[0]), max(last, known[1])
+            columns.append(rr.TimeColumn(CAPTURE_TIME, timestamp=rows.t_ns.view("datetime64[ns]")))
+        return columns
+
 
 SCALARS: "Final[ComponentDescriptor]" = rr.Scalars.descriptor_scalars()
 STATE: "Final[ComponentDescriptor]" = rr.StateChange.descriptor_state()
@@ -25,7 +215,7 @@ _NO_PART: Final = frozenset("/%")
 
 
 class _Values(rr.ComponentBatchLike):
-    """A column as it is."""
+    """A column without conversion."""
 
     def __init__(self, array: pa.Array) -> None:
         self._array = array
@@ -35,20 +225,20 @@ class _Values(rr.ComponentBatchLike):
 
 
 class Stream:
-    """A recording, as those see it who put rows into it."""
+    """A recording as seen by its writers."""
 
     def __init__(self, recording: rr.RecordingStream, clock: Clock) -> None:
-        """Rows go into `recording`, to where `clock` says that they stand."""
+        """Writes rows to `recording`, at their positions by `clock`."""
         self._recording = recording
         self._clock = clock
 
     @property
     def start_ns(self) -> int:
-        """The stamp that time is counted from."""
+        """The stamp from which time counts."""
         return self._clock.start_ns
 
     def scalars(self, entity: str, rows: Places, values: npt.NDArray[np.float64]) -> None:
-        """Put rows of numbers; `values` has a column for each line of the entity's plot, NaN where there is none."""
+        """Writes rows of numbers; `values` has a column for each line of the entity's plot, NaN for none."""
         for some, indexes in self._clock.pieces(rows):
             block = values if some is None else values[some]
             column = rr.ComponentColumn(
@@ -57,24 +247,24 @@ class Stream:
             rr.send_columns(entity, indexes, [column], recording=self._recording)
 
     def texts(self, entity: str, rows: Places, columns: "Sequence[tuple[ComponentDescriptor, pa.Array]]") -> None:
-        """Put rows of texts, one of each column."""
+        """Writes rows of texts, one of each column."""
         for some, indexes in self._clock.pieces(rows):
             taken = [(what, texts if some is None else texts.take(pa.array(some))) for what, texts in columns]
             sent = [rr.ComponentColumn(what, _Values(texts)) for what, texts in taken]
             rr.send_columns(entity, indexes, sent, recording=self._recording)
 
     def always(self, entity: str, what: Any) -> None:
-        """Put what holds for the entity at any time; the last one counts."""
+        """Writes a static component of the entity; the last one counts."""
         self._recording.log(entity, what, static=True)
 
 
 def path(*parts: str) -> str:
-    """Give the path of an entity as Rerun takes it; parts that are empty are left out."""
+    """Returns the path of an entity; empty parts are left out."""
     return rr.new_entity_path([part(one) for one in parts if one])
 
 
 def part(name: str) -> str:
-    """Give a name as a part of a path, as the core writes those of lanes: no blanks, and what is unsafe as %2F."""
+    """Returns a name as a part of a path, escaped as in the core's lanes: no blanks, unsafe characters as %2F."""
     return "".join("_" if c == " " else c if c.isprintable() and c not in _NO_PART else _percent(c) for c in name)
 
 
@@ -83,22 +273,22 @@ def _percent(char: str) -> str:
 
 
 def escaped(lane: str) -> str:
-    """Give the path of an entity for one whose parts are made already, as those of lanes."""
+    """Returns the path of an entity whose parts are escaped already, as those of lanes."""
     return rr.new_entity_path(lane.split("/"))
 
 
 def plain(column: pa.Array) -> pa.Array:
-    """Give the texts of a column of words."""
+    """Returns the texts of a column of words."""
     return column.dictionary_decode() if pa.types.is_dictionary(column.type) else column
 
 
 def words(column: pa.Array) -> set[str]:
-    """Give the words of a column."""
+    """Returns the distinct words of a column."""
     return {word for word in column.unique().to_pylist() if word is not None}
 
 
 def mapped(column: pa.Array, table: dict[str | None, str]) -> pa.Array:
-    """Give another word for each word of a column, that of None for null."""
+    """Replaces each word of a column by that in `table`, null by that of None."""
     column = column if pa.types.is_dictionary(column.type) else column.dictionary_encode()
     others = pa.array([*(table[word] for word in column.dictionary.to_pylist()), table[None]], pa.string())
     return others.take(column.indices.fill_null(len(others) - 1))

@@ -1,7 +1,7 @@
-"""SDO transfers in words, and how long they took: a point each, seen however short it is beside an hour.
+"""SDO transfers in words, and their durations as points, which are visible however short they are.
 
-A lane shows a transfer from its first frame to its last: of milliseconds nothing is left in a long capture, and two
-that are alike look like one. Must not: know what was transferred.
+A lane shows a transfer from its first frame to its last, which is too short to see in a long capture, and two equal
+ones look like one. Must not: know the content of a transfer.
 """
 
 from collections.abc import Sequence
@@ -12,32 +12,31 @@ import numpy.typing as npt
 import pyarrow as pa
 import rerun as rr
 
-from canalyze.timeline.clock import Places
 from canalyze.timeline.colours import COLOURS
 from canalyze.timeline.contents import Contents
-from canalyze.timeline.stream import LEVEL, TEXT, Stream, escaped
+from canalyze.timeline.stream import LEVEL, TEXT, Places, Stream, escaped
 from canalyze.words import Words
 
 LANES: Final = "sdo/"
-"""How the names of their lanes begin."""
+"""Prefix of the names of their lanes."""
 LIST: Final = "sdo_list/"
-"""How the paths of their lines begin."""
+"""Prefix of the paths of their lines."""
 _LEVELS: Final[dict[str | None, str]] = {"ok": "INFO", "aborted": "ERROR", "failed": "ERROR"}
 _MS: Final = 1e6
 """Nanoseconds in a millisecond."""
 _SIZE: Final = 3.0
 _ENDED: Final[dict[str | None, int]] = {"ok": 0, "aborted": 1, "failed": 1}
-"""Which of an entity's two series a transfer is in, by the class of its state; of others the end is not known."""
+"""The series of a transfer among an entity's two, by the class of its state; others have an unknown end."""
 
 Series = npt.NDArray[np.int64]
-"""For each row of a lane: the series of the transfer that begins there; -1: none."""
+"""For each row of a lane the series of the transfer that begins there; -1: none."""
 
 
 class TransferWriter:
-    """Points on their way into a recording."""
+    """Writes points to a recording."""
 
     def __init__(self, stream: Stream, contents: Contents, words: Words) -> None:
-        """Rows go to `stream`; `contents` is told what there is."""
+        """Writes rows to `stream` and updates `contents`."""
         self._stream = stream
         self._contents = contents
         self._words = words
@@ -46,11 +45,11 @@ class TransferWriter:
 
     @staticmethod
     def series(of_class: str | None) -> int:
-        """Give the series of a transfer by the class of its state; -1 for none."""
+        """Returns the series of a transfer by the class of its state; -1 for none."""
         return _ENDED.get(of_class, -1)
 
     def tell(self, lane: str, rows: Places, states: "Sequence[tuple[str, str | None]]", which: Series) -> None:
-        """Take the rows of a lane as lines: `which` of `states`, texts and classes, each is; a text "" is none."""
+        """Writes the rows of a lane as lines: `which` is the index in `states` of each; an empty text is none."""
         texts = np.array([bool(text) for text, _ in states])
         (some,) = np.nonzero(texts[which])
         if not len(some):
@@ -67,7 +66,7 @@ class TransferWriter:
         self._stream.texts(entity, rows[some], [(TEXT, lines), (LEVEL, pa.array(levels).take(taken))])
 
     def take(self, lane: str, rows: Places, series: Series) -> None:
-        """Take rows of a lane: each transfer lasts until the next one."""
+        """Appends rows of a lane; each transfer lasts until the next row."""
         before = self._begun.get(lane)
         if before:
             rows, series = before[0].followed_by(rows), np.concatenate((before[1], series))
@@ -83,7 +82,7 @@ class TransferWriter:
         contents, entity = self._contents, escaped(f"sdo_duration/{channel}")
         if entity not in contents.durations:
             palette = COLOURS["sdo"]
-            # Told of a point that is pointed at: whose it is.
+            # Shown at the point under the cursor.
             done = self._words("timeline.done_line", channel=channel)
             failed = self._words("timeline.failed_line", channel=channel)
             style = rr.SeriesPoints(

@@ -1,8 +1,8 @@
-"""Rerun's viewer as a process of ours: a window, or a page for a browser; started, watched, and ended with us.
+"""Runs Rerun's viewer as a child process: a window, or a page for a browser.
 
-It listens on the address that it is given and on nothing else: Rerun's own ways of starting it listen on all of them,
-without a question who connects. It sends nothing either, no usage data and no question for newer versions; what the
-page does in a browser is the browser's. Must not: know what is shown.
+It listens only on the given address: Rerun's own functions to start it listen on all addresses, without access
+control. It sends nothing, neither usage data nor a check for updates; requests of the page are the browser's. Must
+not: know the content.
 """
 
 import errno
@@ -11,6 +11,7 @@ import importlib.util
 import ipaddress
 import os
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -29,18 +30,51 @@ from urllib.parse import quote
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output.writing import Part
 
+_FOLDERS: Final = ("/usr/share/fonts", "/usr/local/share/fonts", "~/.fonts", "~/.local/share/fonts")
+_LETTERS: Final = frozenset({".ttf", ".ttc", ".otf"})
+_WAIT_S: Final = 10.0
+
+
+def has_chinese(*, web: bool) -> bool:
+    """Returns true if Chinese can be drawn, or if that is unknown.
+
+    web: in a browser page, which has only its own fonts.
+    """
+    if web:
+        return False
+    if not sys.platform.startswith("linux"):
+        return True
+    program = shutil.which("fc-list")
+    if program is None:
+        # Without fontconfig: no font at all is no Chinese one.
+        return any(_any_font(Path(folder).expanduser()) for folder in _FOLDERS)
+    try:
+        line = [program, ":lang=zh", "file"]
+        found = subprocess.run(line, stdin=subprocess.DEVNULL, capture_output=True, timeout=_WAIT_S, check=False)
+    except (OSError, subprocess.SubprocessError):
+        return True
+    return found.returncode != 0 or bool(found.stdout.strip())
+
+
+def _any_font(folder: Path) -> bool:
+    try:
+        return any(one.suffix.lower() in _LETTERS for one in folder.rglob("*"))
+    except OSError:
+        return False
+
+
 LOCAL: Final = "127.0.0.1"
-"""Where it listens unless something else is said: nobody but this machine gets there."""
+"""The default address, which only this machine can reach."""
 
 _START_S: Final = 30.0
-"""How long it may take until it listens."""
+"""Maximum time until it listens."""
 _SETTLE_S: Final = 2.0
-"""How long it is waited for a viewer that has to end, before it is made to."""
+"""Maximum time for it to end before it is killed."""
 _STEP_S: Final = 0.05
 _SPOKEN: Final = 200
-"""Lines of the viewer that are kept."""
+"""Maximum number of its output lines that are kept."""
 _NOWHERE: Final = "http://127.0.0.1:9"
-"""A proxy that is not there: whatever asks the world outside gets no further."""
+"""A proxy that does not exist, so that requests to other hosts fail."""
 _SILENT: Final = {
     "CI": "1",  # the viewer neither collects usage data then, nor writes a file about it
     **{name: _NOWHERE for one in ("http_proxy", "https_proxy", "all_proxy") for name in (one, one.upper())},
@@ -52,16 +86,16 @@ _FAULT: Final = re.compile(r"^Error: *|.*\bERROR\b *[\w:]*: *|.*panicked at [^:]
 
 
 def require() -> None:
-    """Make sure that what a timeline needs is installed: an optional part; CanalyzeError where it is not."""
+    """Checks that the extra of the timeline is installed. Raises CanalyzeError otherwise."""
     if importlib.util.find_spec("rerun") is None or _program() is None:
         raise CanalyzeError("view.missing")
 
 
 def load() -> None:
-    """Load what a timeline is written with, which takes a while; CanalyzeError where that is not whole.
+    """Imports Rerun, which takes a while. Raises CanalyzeError if it is incomplete.
 
-    It says what it thinks on standard error by itself: it is kept from that here, where it is first used. So it is from
-    waiting without end, when this process ends, for a viewer that is gone: `Timeline` completes what it writes itself.
+    Its messages on standard error are suppressed, and so is its wait at the end of this process for a viewer that is
+    gone: `Timeline` completes its output itself.
     """
     said = os.environ.get("RUST_LOG")
     os.environ["RUST_LOG"] = "off"
@@ -77,13 +111,13 @@ def load() -> None:
 
 
 def need_display() -> None:
-    """Make sure that there is a screen for a window; CanalyzeError where there is none."""
+    """Checks that there is a display for a window. Raises CanalyzeError otherwise."""
     if sys.platform.startswith("linux") and not any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))):
         raise CanalyzeError("view.no_display")
 
 
 def address(text: str) -> str | None:
-    """Read an address to listen on; None for what is none."""
+    """Returns an address to listen on; None for invalid text."""
     try:
         return str(ipaddress.ip_address(text))
     except ValueError:
@@ -100,9 +134,9 @@ def _program() -> str | None:
 
 
 def completed(name: str) -> None:
-    """Complete a recording that was written as it came: its pieces are joined, and an index stands at its end.
+    """Completes a recording that was written live: joins its pieces and appends an index.
 
-    What cannot be completed stays as it is, and can be read. OutputError where that is for want of room.
+    If that fails, the recording stays as it is, and is readable. Raises OutputError if the disk is full.
     """
     program = _program()
     if program is None:
@@ -123,14 +157,14 @@ def completed(name: str) -> None:
 
 
 class Viewer:
-    """A viewer that runs; a context manager that ends it."""
+    """A running viewer; a context manager that ends it."""
 
     def __init__(self, *, path: str | None = None, bind: str = LOCAL, port: int | None = None, web: bool = False):
-        """Start its process; `ready` waits until it can be used. CanalyzeError where it cannot be started.
+        """Starts the process; `ready` waits until it can be used. Raises CanalyzeError if it cannot be started.
 
-        path: a recording that it shows; without one it waits for what is sent to `connect`. port: of the page of the
-        web viewer, whose data come through the next one, or of the window; None: one that is free. web: a page for a
-        browser instead of a window.
+        path: a recording to show; without one it waits for data at `connect`. port: of the page of the web viewer,
+        which uses the next one for its data, or of the window; None: any free one. web: a page for a browser instead
+        of a window.
         """
         program = _program()
         if program is None:
@@ -139,9 +173,9 @@ class Viewer:
         host = f"[{bind}]" if ":" in bind else bind
         near = {"0.0.0.0": LOCAL, "::": "[::1]"}.get(bind, host)
         self.connect = f"rerun+http://{near}:{data}/proxy"
-        """Where a recording is sent to."""
+        """The address for recordings."""
         self.page = f"http://{near}:{page}/?url={quote(self.connect, safe='')}" if web else ""
-        """The page for a browser; "" where there is a window."""
+        """The page for a browser; "" for a window."""
         arguments = [program, "--bind", bind, "--port", str(data), "--hide-welcome-screen"]
         if web:
             origin = "*" if near != host else host
@@ -156,26 +190,26 @@ class Viewer:
         self._address = {"0.0.0.0": LOCAL, "::": "::1"}.get(bind, bind)
         self._ports = (data, page) if web else (data,)
         self._folder = TemporaryDirectory(prefix="canalyze-viewer-", ignore_cleanup_errors=True)
-        """What it leaves behind goes with it."""
+        """A temporary folder for its files."""
         self._process = _start(arguments, self._folder.name)
         self._listener = threading.Thread(target=self._listen, name="canalyze-viewer", daemon=True)
         self._listener.start()
 
     @property
     def running(self) -> bool:
-        """Whether it is still there: the user may close it at any time."""
+        """True while it runs; the user may close it at any time."""
         return self._process.poll() is None
 
     @property
     def failure(self) -> CanalyzeError | None:
-        """Why it has ended by itself; None where it runs, or was closed."""
+        """The reason for which it ended by itself; None if it runs, or was closed."""
         code = self._process.poll()
         if not code or self._asked_to_end:
             return None
         return CanalyzeError("view.died", problem=self._problem(code))
 
     def ready(self, unless: Callable[[], bool] = lambda: False) -> None:
-        """Wait until it listens; CanalyzeError where it does not come so far. unless: ends the waiting."""
+        """Waits until it listens. Raises CanalyzeError if it fails. unless: ends the wait."""
         end = time.monotonic() + _START_S
         waiting = list(self._ports)
         while waiting and not unless():
@@ -192,12 +226,12 @@ class Viewer:
                 del waiting[0]
 
     def wait(self) -> None:
-        """Wait until the user has closed it."""
+        """Waits until the user closes it."""
         while self.running:
             time.sleep(_STEP_S)
 
     def close(self) -> None:
-        """End it; in bounded time, whatever it does. Twice is harmless."""
+        """Ends it, in bounded time. Calling it twice is harmless."""
         self._asked_to_end = self._asked_to_end or self.running
         for end in (self._process.terminate, self._process.kill):
             if self.running:
@@ -208,22 +242,22 @@ class Viewer:
         self._folder.cleanup()
 
     def __enter__(self) -> Self:
-        """Give it."""
+        """Returns the viewer."""
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """End it."""
+        """Ends it."""
         self.close()
 
     def _listen(self) -> None:
-        """Take what it says, so that it can go on; little of that is worth telling."""
+        """Reads its output, so that it does not block, and keeps the last lines."""
         assert self._process.stdout is not None
         with self._process.stdout as said:
             for line in said:
                 self._said.append(_COLOUR.sub("", line.decode("utf-8", "replace")).strip())
 
     def _problem(self, code: int) -> str:
-        """Give what it said last of what is wrong, on one line."""
+        """Returns its last error message, on one line."""
         for line in reversed(self._said):
             if found := _FAULT.match(line):
                 return line[found.end() :][:300] or line[:300]
@@ -233,9 +267,9 @@ class Viewer:
 
 
 def free_ports(bind: str, port: int | None, *, web: bool) -> tuple[int, ...]:
-    """Give the ports of a viewer, on which nobody listens yet; OutputError where somebody does.
+    """Returns free consecutive ports for a viewer, from `port` on. Raises OutputError if one is in use.
 
-    They are one after the other from `port` on. The viewer would hand what it is to show to whoever listens there.
+    The viewer would send its data to any process that listens there.
     """
     family = socket.AF_INET6 if ":" in bind else socket.AF_INET
     count = 2 if web else 1
@@ -275,7 +309,7 @@ def _environment() -> dict[str, str]:
 
 
 def _tied() -> Callable[[], None] | None:
-    """Give what ties a process to us where the system can: it ends with us also where we are killed."""
+    """Returns a function that makes a child process end with this one, even if this one is killed, where supported."""
     if not sys.platform.startswith("linux"):
         return None
     import ctypes

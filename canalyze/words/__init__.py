@@ -13,7 +13,7 @@ A row is a key and its text in both languages, in the file named as the key's fi
 ends with a blank is put in quotes. `{fact}` is filled in, and is the same in both languages; `{{` is a brace;
 `{count:frame|frames}` is "1 frame", "2 frames".
 
-Words about frames stand in the core (`text/`), never here, and nothing outside this folder prints a sentence.
+Words about frames are in the core (`words/`), never here, and nothing outside this folder prints a sentence.
 """
 
 from functools import cache
@@ -27,24 +27,24 @@ class Words:
     """The words of one language: `words(key, **facts)` is the sentence."""
 
     def __init__(self, lang: str) -> None:
-        """Take the language, one of LANGUAGES."""
+        """Creates the words of a language, one of LANGUAGES."""
         assert lang in LANGUAGES
         self.lang = lang
 
     def __call__(self, key: str, /, **facts: object) -> str:
-        """Give the sentence of `key` with its facts filled in."""
+        """Returns the sentence of `key` with its facts filled in."""
         sentence = sentences(_topic(key), self.lang)[key]
         if "|" in sentence:
             facts = {name: _Counted(fact) for name, fact in facts.items()}
         return sentence.format_map(facts) if facts else sentence
 
     def of(self, table: str, value: str) -> str:
-        """Give the word for a value of the core, such as `block` of `mode`; the value itself if there is none."""
+        """Returns the word for a value of the core, such as `block` of `mode`, or the value itself if there is none."""
         return sentences(_topic(table), self.lang).get(f"{table}.{value}", value)
 
 
 class _Counted(str):
-    """A fact that may be a count, and puts the noun behind itself: `{count:frame|frames}`."""
+    """A fact that may be a count, and appends the noun: `{count:frame|frames}`."""
 
     def __format__(self, spec: str) -> str:
         one, bar, many = spec.partition("|")
@@ -57,7 +57,7 @@ def _topic(key: str) -> str:
 
 @cache
 def sentences(topic: str, lang: str) -> dict[str, str]:
-    """Read the file of one topic: its sentences in one language, by their keys."""
+    """Reads the file of a topic; returns its sentences in one language, by their keys."""
     if topic == "problem":
         return _of_the_core(lang)
     found: dict[str, str] = {}
@@ -76,7 +76,7 @@ def sentences(topic: str, lang: str) -> dict[str, str]:
 
 
 def _of_the_core(lang: str) -> dict[str, str]:
-    """Return the words of a diagnosis, which the core has for all that show one."""
+    """Returns the words of a diagnosis, which the core has."""
     from canalyze._core import diagnosis_words
 
     return {f"problem_{key}": text for key, text in diagnosis_words(lang)}

@@ -32,11 +32,11 @@ from canalyze.check.examination import Job
 from canalyze.check.policy import Policy
 from canalyze.configuration.network import Known
 from canalyze.fleet import run as runs
-from canalyze.fleet.beside import Beside
+from canalyze.fleet.clusters import ENGINES, Beside
 from canalyze.fleet.sources import Capture, captures
 from canalyze.fleet.stores import place
 from canalyze.fleet.task import Piece, Work, do
-from canalyze.running.pool import Pool
+from canalyze.running.pool import Pool, at_once
 
 
 def made(folder: Path, count: int, frames: int) -> list[Capture]:
@@ -69,9 +69,7 @@ def elsewhere(one: Work, every: list[Capture], width: int, on: str | None) -> tu
     if on is None:
         executor = Pool(partial(do, one), width)
     else:
-        from importlib import import_module
-
-        executor = import_module(f"canalyze.fleet.{on}").Cluster(Beside(partial(do, one)), None, width)
+        executor = ENGINES[on](Beside(partial(do, one)), None, width, at_once)
     began = first = time.perf_counter()
     for count, _ in enumerate(runs.run(executor, one, every)):
         first = first if count else time.perf_counter()

@@ -172,11 +172,6 @@ fn may_hold_command(lines: &[u8]) -> bool {
 }
 
 #[pyfunction]
-fn class_of(kind: &str, number: u16) -> Option<&'static str> {
-    tables::columns::class_of(kind, number)
-}
-
-#[pyfunction]
 fn schema(py: Python<'_>) -> Bound<'_, PyBytes> {
     PyBytes::new(py, &tables::columns::schema())
 }
@@ -199,7 +194,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(explain, module)?)?;
     module.add_function(wrap_pyfunction!(sniffed, module)?)?;
     module.add_function(wrap_pyfunction!(omission, module)?)?;
-    module.add_function(wrap_pyfunction!(class_of, module)?)?;
     module.add_function(wrap_pyfunction!(may_hold_command, module)?)?;
     module.add_function(wrap_pyfunction!(schema, module)?)?;
     module.add("SERVICES", SERVICES)?;

@@ -64,7 +64,6 @@ use crate::world::bus::Bus;
 use crate::world::event::{Event, What};
 
 pub use self::column::Batch;
-pub use self::lanes::class_of;
 
 /// The tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

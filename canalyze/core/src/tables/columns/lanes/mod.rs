@@ -42,7 +42,6 @@ use crate::wire::nmt;
 use crate::words::Lang;
 use crate::words::lane::Word;
 use crate::world::change::{Change, DriveEvidence, EmcyChange, LostBy};
-use crate::world::drive;
 use crate::world::event::{Event, Note, ProcessData, What};
 
 /// A change of a lane.
@@ -426,16 +425,6 @@ impl Bus {
         if let Some(node_state) = node.appears() {
             node.stand(pen, prefix, node_state, place.at, place.shown);
         }
-    }
-}
-
-/// The class by which lanes show a state as it is on the wire: an NMT state (`nmt`), or that of the drive which has this
-/// statusword (`drive`). `None`: it has none, or there is no such kind of lane.
-pub fn class_of(kind: &str, number: u16) -> Option<&'static str> {
-    match kind {
-        "nmt" => u8::try_from(number).ok().map(|state| NodeState::Shown(state).class()),
-        "drive" => drive::DriveState::of(number).map(drive::DriveState::name),
-        _ => None,
     }
 }
 

@@ -457,24 +457,6 @@ fn transfers() {
 }
 
 #[test]
-fn classes_of_what_is_on_the_wire() {
-    for (kind, number, class) in [
-        ("nmt", 0x00, Some("pre-operational")),
-        ("nmt", 0x04, Some("stopped")),
-        ("nmt", 0x05, Some("operational")),
-        ("nmt", 0x7F, Some("pre-operational")),
-        ("nmt", 0x2A, Some("unknown")),
-        ("nmt", 0x105, None),
-        ("drive", 0x0237, Some("operation-enabled")),
-        ("drive", 0x0218, Some("fault")),
-        ("drive", 0x0002, None),
-        ("emcy", 0x05, None),
-    ] {
-        assert_eq!(super::class_of(kind, number), class, "{kind} {number:04X}");
-    }
-}
-
-#[test]
 fn a_transfer_of_one_frame_has_a_length() {
     // A request that nobody answers, up to the end of the capture.
     let unanswered = capture(&["60A#4000100000000000", "70A#05"]);

@@ -1,24 +1,114 @@
-"""Objects that the traffic shows -> an EDS of them, for a device whose own is lost: all that it says was seen.
+"""Files made from the objects of a device: an EDS, a DCF (CiA 306), a concise DCF (object 1F22h, CiA 302-3).
 
-What CiA 301 has every device have is there, with or without a value; names, types and access as far as they are known.
-Must not: say more of a device than what was seen.
+The EDS is for a device whose own is lost: it contains the objects that CiA 301 requires, with or without a value;
+names, types and access as far as they are known. The DCF is a description with ParameterValue and a node-ID, inserted
+by the core. The concise DCF contains values in the order in which a configuration manager writes them: the number of
+entries (4 bytes), then for each entry index (2), sub-index (1), size (4) and data, little-endian. Must not: contain
+more about a device than was seen, or select values.
 """
 
+import struct
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from canalyze import _core
+from canalyze.dictionary.model import Address
 from canalyze.dictionary.values import BY_WIDTH, CODES, UNSIGNED8, UNSIGNED32
+from canalyze.errors import SourceError
+
+
+class Configured(NamedTuple):
+    """A DCF."""
+
+    text: str
+    values: int
+    """Number of values in it."""
+    left_out: tuple[Address, ...]
+    """Objects that are not in the description, or whose value it cannot hold."""
+
+
+def configured(
+    description: bytes, name: str, values: Mapping[Address, bytes], node: int, keys: Mapping[str, str]
+) -> Configured:
+    """Inserts values, as SDO transfers them, into a description read from `name`. Raises SourceError for other files.
+
+    keys: entries of [FileInfo].
+    """
+    try:
+        text, left_out = _core.configured(description, values, node, list(keys.items()))
+    except _core.DescriptionError as error:
+        key, facts = error.args
+        raise SourceError(key, name=name, **facts) from None
+    return Configured(text, len(values) - len(left_out), tuple(left_out))
+
+
+_COUNT: Final = struct.Struct("<I")
+_ENTRY: Final = struct.Struct("<HBI")
+_PDOS: Final = range(0x1400, 0x1C00)
+_MAPPING: Final = 0x200
+"""The index bit in which the mapping parameter of a PDO differs from its communication parameter."""
+_INVALID: Final = 0x80
+"""Bit 31 of a COB-ID, in its last byte: not in use."""
+
+
+def concise(values: Mapping[Address, bytes]) -> bytes:
+    """Returns a concise DCF; `values` are in the order in which the device accepted them.
+
+    A PDO is configured by the rules of CiA 301 (7.5.2.36, 7.5.2.38), at the place of its last value: its COB-ID
+    disables it, the number of mapped objects is set to 0, and both get their values after all others. A COB-ID that
+    may not be changed while in use is disabled first.
+    """
+    written = list(_written(values))
+    return _COUNT.pack(len(written)) + b"".join(_ENTRY.pack(*address, len(data)) + data for address, data in written)
+
+
+def _written(values: Mapping[Address, bytes]) -> Iterator[tuple[Address, bytes]]:
+    """Yields all values to write, in order."""
+    pdos: dict[int, list[Address]] = {}
+    for index, sub in values:
+        if index in _PDOS:
+            pdos.setdefault(index & ~_MAPPING, []).append((index, sub))
+    for address, data in values.items():
+        communication = address[0] & ~_MAPPING
+        if address[0] not in _PDOS:
+            if _is_fixed_in_use(address) and _invalid(data) != data:
+                yield address, _invalid(data)
+            yield address, data
+        elif address == pdos[communication][-1]:
+            yield from _pdo(communication, {one: values[one] for one in pdos[communication]})
+
+
+def _pdo(communication: int, values: dict[Address, bytes]) -> Iterator[tuple[Address, bytes]]:
+    """Yields the values of one PDO."""
+    cob_id, number = (communication, 1), (communication | _MAPPING, 0)
+    last = {address: values.pop(address) for address in (number, cob_id) if address in values}
+    first = {cob_id: _invalid(last[cob_id])} if cob_id in last else {}
+    parameters = {address: data for address, data in values.items() if address[0] == communication}
+    mapped = {address: data for address, data in values.items() if address[0] != communication}
+    if number in last:
+        mapped = {number: bytes(len(last[number])), **mapped}
+    yield from {**first, **parameters, **mapped}.items()
+    yield from ((address, data) for address, data in last.items() if {**first, **mapped}.get(address) != data)
+
+
+def _invalid(cob_id: bytes) -> bytes:
+    return cob_id[:3] + bytes([cob_id[3] | _INVALID]) if len(cob_id) == 4 else cob_id
+
+
+def _is_fixed_in_use(address: Address) -> bool:
+    """Returns true for a COB-ID, other than that of a PDO, that may not be changed while in use."""
+    return address == (0x1014, 0) or (0x1201 <= address[0] <= 0x12FF and address[1] in (1, 2))
+
 
 Record = Mapping[str, Any]
 """A line of the core: `od_node` or `od_object`."""
 
 _OCTETS: Final = 0x0A
 _ACCESS: Final = {"rw": "rw", "ro": "ro", "wo": "wo", "r": "ro"}
-"""Of what was read and never written it is not known that it can be."""
+"""An object that was read and never written is not known to be writable."""
 _RECORDS: Final = frozenset({0x1003, 0x1010, 0x1011, 0x1016, 0x1018, 0x1028, 0x1029})
 _RECORD_RANGES: Final = (range(0x1200, 0x1400), range(0x1400, 0x1C00))
-"""Objects whose sub-index 0 alone does not make them a variable."""
+"""Objects that are no variable even if only sub-index 0 is known."""
 _MANDATORY: Final = {
     (0x1000, 0): ("Device type", UNSIGNED32),
     (0x1001, 0): ("Error register", UNSIGNED8),
@@ -26,13 +116,13 @@ _MANDATORY: Final = {
 }
 _TITLES: Final = {0x1018: "Identity object"}
 _FIXED: Final = range(0x1000, 0x2000)
-"""Where what was read and never written is what the device starts with."""
+"""Objects whose value is the default if it was read and never written."""
 
 _Keys = dict[str, str]
 
 
 def skeleton(node: Record, objects: Sequence[Record], name: str = "") -> str:
-    """Give the EDS of a node; name: that of the file."""
+    """Returns the EDS of a node; `name` is that of the file."""
     pdos = _pdos(objects)
     titles = {pdo.communication: f"{pdo.direction.upper()} communication parameter" for pdo in pdos}
     titles |= {_mapping(pdo): f"{pdo.direction.upper()} mapping parameter" for pdo in pdos} | _TITLES
@@ -63,7 +153,7 @@ def skeleton(node: Record, objects: Sequence[Record], name: str = "") -> str:
 
 
 def _pdos(objects: Sequence[Record]) -> "list[_core.Pdo]":
-    """Let the core give the PDOs that the objects configure."""
+    """Returns the PDOs that the objects configure, from the core."""
     rows = [
         (
             int(one["index"], 16),
@@ -103,7 +193,7 @@ def _mapping(pdo: "_core.Pdo") -> int:
 
 
 def _entries(objects: Sequence[Record], pdos: "Sequence[_core.Pdo]") -> dict[tuple[int, int], _Keys]:
-    """Give the keys of all entries: what was seen, what is mapped, and what every device has."""
+    """Returns the keys of all entries: objects in the traffic, mapped objects, and mandatory objects."""
     entries: dict[tuple[int, int], _Keys] = {}
     for one in objects:
         index, sub = int(one["index"], 16), one["sub"]
@@ -144,12 +234,12 @@ def _named(index: int, sub: int) -> str:
 
 
 def _line(text: str) -> str:
-    """Give a text as it can stand behind a key."""
+    """Returns a text that is valid as a value of a key."""
     return "".join(char for char in text if char.isprintable()).strip()
 
 
 def _object(index: int, subs: Mapping[int, _Keys], title: str | None) -> Iterator[tuple[str, _Keys]]:
-    """Give the sections of an object."""
+    """Yields the sections of an object."""
     record = len(subs) > 1 or index in _RECORDS or any(index in one for one in _RECORD_RANGES)
     if not record:
         yield f"{index:04X}", {"ObjectType": "0x7", **subs[0]}

@@ -1,7 +1,7 @@
-"""What went wrong: a lane a subject with its problems as spans, a log of where they begin and end, and their stories.
+"""Problems: a lane per subject with spans, a log of their begins and ends, and a list in words.
 
-A problem that overlaps an earlier one of its subject has a lane of its own below it. They are known at the end of the
-capture. Must not: judge, or order anew.
+A problem that overlaps an earlier one of its subject has a lane of its own below it. Problems are known at the end
+of the capture. Must not: judge, or sort again.
 """
 
 from collections.abc import Sequence
@@ -11,36 +11,35 @@ import numpy as np
 import pyarrow as pa
 import rerun as rr
 
-from canalyze.timeline.clock import Places, numbers, places
 from canalyze.timeline.colours import COLOURS
 from canalyze.timeline.contents import Contents, Lane
-from canalyze.timeline.stream import LEVEL, STATE, TEXT, Stream, path
-from canalyze.timeline.summary import story_list
+from canalyze.timeline.logs import problem_list
+from canalyze.timeline.stream import LEVEL, STATE, TEXT, Places, Stream, numbers, path, places
 from canalyze.words import Words
 
 KIND: Final = "problems"
-"""The first part of their paths."""
+"""The first part of the paths of lanes."""
 _LEVELS: Final = {"open": "ERROR", "unknown": "WARN", "ended": "WARN", "harmless": "INFO"}
 _MS: Final = 1e6
 """Nanoseconds in a millisecond."""
 
-Incident = dict[str, Any]
+Problem = dict[str, Any]
 
 
-class IncidentWriter:
-    """Problems on their way into a recording."""
+class ProblemWriter:
+    """Writes problems to a recording."""
 
     def __init__(self, stream: Stream, contents: Contents, words: Words) -> None:
-        """Rows go to `stream`; `contents` is told what there is."""
+        """Writes rows to `stream` and updates `contents`."""
         self._stream = stream
         self._contents = contents
         self._words = words
-        self._rows: list[Incident] = []
+        self._rows: list[Problem] = []
         self._begins: list[Places] = []
         self._ends: list[Places] = []
 
     def take(self, batch: pa.RecordBatch) -> None:
-        """Take problems, in the order of reading."""
+        """Appends problems, in the order of reading."""
         self._rows += batch.to_pylist()
         begins = places(batch)
         stamps = batch.column("end_t_ns")
@@ -53,7 +52,7 @@ class IncidentWriter:
             self._ends.append(ends[one])
 
     def finish(self) -> str:
-        """Put all of them into the recording; give their stories in Markdown, "" where there are none."""
+        """Writes all problems; returns their list in Markdown, or "" without problems."""
         if not self._rows:
             return ""
         rows = range(len(self._rows))
@@ -61,22 +60,22 @@ class IncidentWriter:
             self._lane(entity, spans)
         for row in rows:
             self._log(row)
-        return story_list([one | {"caused": self._caused(one)} for one in self._rows], self._words)
+        return problem_list([one | {"caused": self._caused(one)} for one in self._rows], self._words)
 
-    def _caused(self, one: Incident) -> str:
-        """Give from what it comes and how long after; "" for a root."""
+    def _caused(self, one: Problem) -> str:
+        """Returns the cause and the delay after it in words; "" for a root."""
         if one["cause"] is None:
             return ""
         delay = one["delay_ns"]
         key = "timeline.caused" if delay is None else "timeline.caused_after"
         return self._words(key, number=one["cause"], ms="" if delay is None else f"{delay / _MS:+.1f}")
 
-    def _title(self, one: Incident) -> str:
+    def _title(self, one: Problem) -> str:
         caused = self._caused(one)
         return f"#{one['id']} {one['message']}" + (f" ({caused})" if caused else "")
 
     def _lanes(self, rows: Sequence[int]) -> dict[str, list[int]]:
-        """Give the problems of each lane, one after the other."""
+        """Returns the problems of each lane, which do not overlap."""
         found: dict[str, list[int]] = {}
         for row in rows:
             one = self._rows[row]

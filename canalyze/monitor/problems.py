@@ -1,29 +1,28 @@
-"""The room of problems, as `diagnose` orders them: what stands first, each cause above what it has caused.
+"""The view of problems in the order of `diagnose`: the most important first, each cause above its effects.
 
-Standing ones show for how long by now; harmless ones are one row until they are asked for. Each leads to its first
-evidence. Must not: judge, or order anew.
+Open ones show their duration so far; harmless ones are folded to one row. Each leads to its first evidence. Must
+not: judge, or sort again.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
-from canalyze.monitor.figures import BLANK, period
-from canalyze.monitor.grid import Cell, Column, Row, cell, texts
+from canalyze.monitor.grid import BLANK, Cell, Column, Row, cell, period, texts
 from canalyze.words import Words
 
 FOLD: Final = "harmless"
-"""The key of the row that stands for the harmless ones."""
+"""The key of the row for the folded harmless problems."""
 _LOOKS: Final = {"open": "error", "unknown": "warning", "ended": "good", "harmless": "dim"}
 _OPEN: Final = ("open", "unknown")
-"""Not over, as far as is known."""
+"""Not ended, as far as is known."""
 _LOUD: Final = ("A", "B")
 """Something has stopped, or does not start."""
 
-Incident = Mapping[str, Any]
+Problem = Mapping[str, Any]
 
 
 def columns(words: Words, *, buses: bool) -> list[Column]:
-    """Give the columns; that of the bus only where there are several."""
+    """Returns the columns; that of the bus only with several buses."""
     given = [
         Column(words("monitor.number"), right=True),
         Column(words("col.state"), least=6, most=12),
@@ -35,7 +34,7 @@ def columns(words: Words, *, buses: bool) -> list[Column]:
 
 
 def rows(snapshot: dict[str, Any], words: Words, *, buses: bool, unfolded: bool) -> list[Row]:
-    """Give a row a problem; unfolded: the harmless ones have rows, too."""
+    """Returns one row per problem; unfolded: including the harmless ones."""
     found = snapshot["problems"]
     harmless = _harmless(found)
     shown = [_row(one, snapshot, words, buses=buses) for one in found if unfolded or one["id"] not in harmless]
@@ -50,19 +49,19 @@ def rows(snapshot: dict[str, Any], words: Words, *, buses: bool, unfolded: bool)
 
 
 def changing(snapshot: dict[str, Any]) -> bool:
-    """Tell whether time alone changes the rows: something is not over."""
+    """Returns true if rows change with time alone, because a problem has not ended."""
     return any(one["end_ns"] is None for one in snapshot["problems"])
 
 
-def standing(snapshot: dict[str, Any]) -> list[Incident]:
-    """Give the roots that are not over: those that stand, and those of which that may still turn out."""
+def open_roots(snapshot: dict[str, Any]) -> list[Problem]:
+    """Returns the root problems that are open, or whose status is not known yet."""
     roots = (one for one in snapshot["problems"] if not one["depth"])
     return [one for one in roots if one["status"] == "open" or (one["status"] == "unknown" and one["provisional"])]
 
 
 def newest(snapshot: dict[str, Any]) -> Cell:
-    """Give how many stand and the title of the one that was noticed last; nothing where none does."""
-    found = standing(snapshot)
+    """Returns the number of open problems and the title of the newest one; empty if there are none."""
+    found = open_roots(snapshot)
     if not found:
         return ()
     last = max(found, key=lambda one: (one["noticed"], one["id"]))
@@ -70,19 +69,19 @@ def newest(snapshot: dict[str, Any]) -> Cell:
 
 
 def loud(snapshot: dict[str, Any]) -> set[tuple[object, ...]]:
-    """Give what tells those apart that have stopped something, or keep it from starting."""
+    """Returns identifiers of the problems that have stopped something, or keep it from starting."""
     found = (one for one in snapshot["problems"] if one["impact"] in _LOUD and one["status"] != "harmless")
     return {(one["bus"], one["kind"], one["frame"]) for one in found}
 
 
 def of_node(node: dict[str, Any]) -> str:
-    """Give the word of the problem of a node; "" where it has none."""
+    """Returns the word for the problem of a node, or ""."""
     one = node.get("problem")
     return f"{one['word']}{_mark(one)}" if one else ""
 
 
-def _harmless(found: Sequence[Incident]) -> set[int]:
-    """Give the numbers of what is harmless, and of what follows from it."""
+def _harmless(found: Sequence[Problem]) -> set[int]:
+    """Returns the ids of the harmless problems and their effects."""
     under: set[int] = set()
     for one in found:
         if (one["status"] == "harmless" and not one["depth"]) or one["cause"] in under:
@@ -90,11 +89,11 @@ def _harmless(found: Sequence[Incident]) -> set[int]:
     return under
 
 
-def _mark(one: Incident) -> str:
+def _mark(one: Problem) -> str:
     return "?" if one["provisional"] else ""
 
 
-def _row(one: Incident, snapshot: dict[str, Any], words: Words, *, buses: bool) -> Row:
+def _row(one: Problem, snapshot: dict[str, Any], words: Words, *, buses: bool) -> Row:
     status = _status(one, words)
     look = _LOOKS.get(one["status"], "")
     told = f"{'  ' * (one['depth'] - 1)}→ {one['text']}" if one["depth"] else one["text"]
@@ -121,21 +120,21 @@ def _row(one: Incident, snapshot: dict[str, Any], words: Words, *, buses: bool) 
     return Row(one["id"], tuple(cells), whole, leads=one["frame"])
 
 
-def _status(one: Incident, words: Words) -> str:
-    """Give how it stands; while more may come, what is not known yet stands as it was told."""
+def _status(one: Problem, words: Words) -> str:
+    """Returns the status in words; a provisional unknown status is shown as open."""
     known = "open" if one["provisional"] and one["status"] == "unknown" else one["status"]
     return words.of("problem_status", known) + _mark(one)
 
 
-def _lasts(one: Incident, now: int | None) -> str:
+def _lasts(one: Problem, now: int | None) -> str:
     end = now if one["end_ns"] is None else one["end_ns"]
     if end is None or one["t_ns"] is None:
         return BLANK
     return period(max(0, end - one["t_ns"]))
 
 
-def _cause(one: Incident, words: Words) -> Iterator[str]:
-    """Give how long after its cause it began, and how sure that is."""
+def _cause(one: Problem, words: Words) -> Iterator[str]:
+    """Yields the delay after its cause, and the confidence of that."""
     if one["cause"] is None:
         return
     if one["delay_ns"] is not None and one["delay_ns"] >= 0:
