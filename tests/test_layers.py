@@ -166,7 +166,7 @@ MAY_USE: dict[str, set[str]] = {
         "output",
         "output.writing",
     },
-    "html": {*SAID, "running.reading", "sources"},
+    "html": {*SAID, "dictionary", "running.reading", "sources"},
     "timeline": {*SAID, "_core", "output.layout", "output", "reports", "output.writing"},
     "exporting": {*SAID, "_core", "library", "output", "output.writing"},
     "agents": {*SAID, "library", "output", "output.jsonl", "configuration.network", "sources.names"},

@@ -6,24 +6,31 @@
  * @typedef {{name: string, parts: Part[], problem?: number | null}} Source A capture; the problem that it opens on.
  */
 
-/** An error of a request; `kind` is the class of the worker's error. */
+/** An error of a request; `kind` is the class of the worker's error, `file` the name of the file that it is about. */
 class RequestError extends Error {
-  /** @param {string} kind @param {string} text */
-  constructor(kind, text) {
+  /** @param {string} kind @param {string} text @param {string} [file] */
+  constructor(kind, text, file = "") {
     super(text);
     this.kind = kind;
+    this.file = file;
   }
 }
 
 class Link {
-  /** @param {(share: number, count: number) => void} progress */
-  constructor(progress) {
+  /** @param {(share: number, count: number) => void} progress @param {() => void} idle Called when all is answered. */
+  constructor(progress, idle) {
     this.progress = progress;
+    this.idle = idle;
     /** @type {Source | null} */
     this.source = null;
+    /** @type {{name: string, bytes: ArrayBuffer}[]} Device descriptions that each worker has, by their numbers. */
+    this.descriptions = [];
+    /** @type {WebAssembly.Module | null} The core, once a worker has compiled it. */
+    this.module = null;
     /** @type {Map<number, {done: (answer: any) => void, failed: (error: Error) => void}>} */
     this.pending = new Map();
     this.number = 0;
+    this.used = false;
     this.start();
   }
 
@@ -34,12 +41,14 @@ class Link {
     URL.revokeObjectURL(address);
     this.worker.onmessage = ({ data }) => this.take(data);
     this.worker.onerror = (event) => this.fail("trap", event.message);
-    const packed = Uint8Array.from(atob(element("wasm").textContent), (one) => one.charCodeAt(0));
-    this.worker.postMessage({ wasm: packed }, [packed.buffer]);
+    this.worker.postMessage(this.module ? { module: this.module } : { packed: element("wasm").textContent });
+    for (const one of this.descriptions) this.worker.postMessage({ ask: "describe", with: one });
+    this.used = false;
   }
 
   /** Ends the worker, with all that it does, and starts another one. */
   restart() {
+    if (!this.used) return;
     this.worker?.terminate();
     this.fail("Superseded", "");
     this.start();
@@ -47,9 +56,11 @@ class Link {
 
   /** @param {string} kind @param {string} text */
   fail(kind, text) {
+    this.used = true;
     const pending = [...this.pending.values()];
     this.pending.clear();
     for (const { failed } of pending) failed(new RequestError(kind, text));
+    this.idle();
   }
 
   /** @param {any} data */
@@ -60,12 +71,15 @@ class Link {
       worker?.postMessage({ bytes }, [bytes.buffer]);
     } else if (data.progress) {
       this.progress(data.progress.share, data.progress.count);
+    } else if (data.module) {
+      this.module = data.module;
     } else if (data.failed) {
       this.fail("trap", data.failed);
     } else if (data.id) {
       const waiting = this.pending.get(data.id);
       this.pending.delete(data.id);
-      if (data.error) waiting?.failed(new RequestError(data.error.kind, data.error.text));
+      if (!this.pending.size) this.idle();
+      if (data.error) waiting?.failed(new RequestError(data.error.kind, data.error.text, data.error.file));
       else waiting?.done(data.answer);
     }
   }
@@ -83,6 +97,7 @@ class Link {
   /** @param {string} kind @param {any} [given] @returns {Promise<any>} */
   ask(kind, given = {}) {
     this.number += 1;
+    this.used = true;
     const id = this.number;
     const answer = new Promise((done, failed) => this.pending.set(id, { done, failed }));
     this.worker?.postMessage({ id, ask: kind, with: given });

@@ -2,11 +2,13 @@
 
 /** Rows that are drawn at once. */
 const DRAWN = 100;
+/** Columns whose values have words. */
+const WORDED = ["direction", "status", "severity"];
 
 class TablePanel {
   /**
    * @param {any} box @param {string} table @param {(kind: string, given: object) => Promise<any>} ask
-   * @param {{go: (frame: number) => void, save?: () => void}} act
+   * @param {{go: (frame: number) => void, saves?: [string, () => void][]}} act `saves` are buttons that write a file.
    */
   constructor(box, table, ask, act) {
     this.table = table;
@@ -22,8 +24,9 @@ class TablePanel {
     this.head = make("tr");
     this.body = make("tbody");
     this.more = make("button", { type: "button", hidden: true, onclick: () => this.further() }, say("html.more"));
+    const saves = (act.saves ?? []).flatMap(([said, onclick]) => [make("button", { type: "button", onclick }, said), " "]);
     box.replaceChildren(
-      make("p", {}, this.search, " ", this.count, " ", act.save && make("button", { type: "button", onclick: act.save }, "CSV")),
+      make("p", {}, this.search, " ", this.count, " ", ...saves),
       make("table", {}, make("thead", {}, this.head), this.body),
       this.more,
     );
@@ -42,7 +45,8 @@ class TablePanel {
     this.number += 1;
     const { number, table, sorted: sort, down } = this;
     const search = this.search.value.trim();
-    const found = await this.ask("listed", { table, search, sort, down, from, count: DRAWN });
+    const words = Object.fromEntries(WORDED.map((column) => [column, wordsOf(column)]));
+    const found = await this.ask("listed", { table, search, sort, down, from, count: DRAWN, words });
     return number === this.number ? found : null; // an answer to an earlier question
   }
 
