@@ -268,6 +268,7 @@ def test_a_chinese_page_has_no_english_word(browser: Browser, tmp_path: Path) ->
     page = tmp_path / "zh.html"
     page.write_bytes(html.page("zh", {}))
     browser.open(page)
+    LOADED.add(page.as_uri())
     browser.run("""window.drawn = [];
         const draw = CanvasRenderingContext2D.prototype.fillText;
         CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
@@ -316,7 +317,7 @@ def test_tables_are_searched_and_lead_to_frames(browser: Browser, empty: Path) -
     browser.wait('document.querySelectorAll("#transfers tbody tr").length')
     assert browser.run('return document.querySelectorAll("#transfers tbody tr").length') == min(len(rows_of), 100)
     browser.run('document.querySelector("#transfers tbody tr").click()')
-    browser.wait('document.querySelector("#detail .actions button")')
+    browser.wait('document.querySelector("#detail .actions button") !== null')
     assert "only this transfer" in text(browser, "#detail")
     browser.run('document.querySelector("#detail .actions button").click()')
     browser.wait('/^[0-9]+ frame/.test(document.querySelector("#filter output").textContent)')
@@ -630,7 +631,7 @@ def test_the_configuration_of_a_node_is_saved_as_dcf(
     browser.wait(CHECKED)
     browser.click('[data-panel="objects"]')
     button = '[...document.querySelectorAll("#objects button")].find((one) => one.textContent === "DCF node 5")'
-    browser.wait(button)
+    browser.wait(f"{button} !== undefined")
     name, content = saved(browser, f"{button}.click()")
     made = tmp_path / "node5.dcf"
     done = canalyze("od", str(capture), "--node", "5", "--dcf", str(made), "--eds", f"5={eds}", "--lang", "en")

@@ -122,13 +122,23 @@ function embeddedSources() {
   const found = new Map();
   for (const one of document.querySelectorAll("script.capture")) {
     const { recording, name, format, damage, problem } = JSON.parse(one.nextElementSibling?.textContent ?? "{}");
-    const bytes = Uint8Array.from(atob(one.textContent ?? ""), (char) => char.charCodeAt(0));
-    const read = async (/** @type {number} */ at, /** @type {number} */ length) => bytes.slice(at, at + length).buffer;
+    const text = one.textContent ?? "";
+    const size = (text.length / 4) * 3 - (/=*$/.exec(text)?.[0].length ?? 0);
+    const read = async (/** @type {number} */ at, /** @type {number} */ length) => decoded(text, at, Math.min(at + length, size));
     /** @type {Source} */
     const source = found.get(recording) ?? { name: "", parts: [], problem };
-    source.parts.push({ name, size: bytes.length, format, damage, read });
+    source.parts.push({ name, size, format, damage, read });
     source.name = source.parts.map((part) => part.name).join(", ");
     found.set(recording, source);
   }
   return [...found.values()];
+}
+
+/** Returns some of the bytes that a text has in base64. @param {string} text @param {number} from @param {number} to @returns {ArrayBuffer} */
+function decoded(text, from, to) {
+  const first = Math.floor(from / 3);
+  const bytes = atob(text.slice(first * 4, Math.ceil(to / 3) * 4));
+  const found = new Uint8Array(Math.max(to - from, 0));
+  for (let at = 0; at < found.length; at += 1) found[at] = bytes.charCodeAt(from - first * 3 + at);
+  return found.buffer;
 }
