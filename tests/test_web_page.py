@@ -472,6 +472,20 @@ def test_several_captures_are_listed(browser: Browser, empty: Path) -> None:
     browser.click("#index .frame")
     browser.wait(CHECKED)
     assert text(browser, "#verdict").startswith("✖ 1 open problem")
+    browser.click("#back")
+    assert browser.run('return [...document.querySelectorAll("#index .frame")].map((one) => one.textContent)') == [
+        "problems.log",
+        "sdo-abort.log",
+        "HBT002.clean.log",
+    ]
+    assert browser.run('return document.querySelector("#main").hidden && document.querySelector("#back").hidden')
+    browser.run('document.querySelectorAll("#index .frame")[2].click()')
+    browser.wait(f'{CHECKED} && document.querySelector("#name").textContent === "HBT002.clean.log"')
+    browser.click("#language")
+    browser.wait('document.documentElement.lang === "zh"')
+    browser.click("#back")
+    browser.wait('document.body.dataset.state === "index"')
+    assert "仍存在" in text(browser, "#index td")
 
 
 def test_files_that_follow_one_another_are_one_capture(browser: Browser, empty: Path, tmp_path: Path) -> None:

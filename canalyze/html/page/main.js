@@ -36,6 +36,8 @@ const page = {
   sources: [],
   panel: "problems",
   expression: "",
+  /** The language of the list of captures; empty while there is none, and once descriptions have changed. */
+  indexed: "",
   /** @type {Set<string>} Panels that show what is open. */
   filled: new Set(),
 };
@@ -52,7 +54,10 @@ const link = new Link((share, count) => {
   }
 }, () => (element("progress").hidden = true));
 const ask = (/** @type {string} */ kind, /** @type {object} */ given) => link.ask(kind, given);
-const descriptions = new Descriptions(element("descriptions"), link, SETTINGS.effects, () => again());
+const descriptions = new Descriptions(element("descriptions"), link, SETTINGS.effects, () => {
+  page.indexed = "";
+  again();
+});
 const axis = new Axis();
 const list = new FrameList(element("frames"), ask, (frame) => goTo(frame));
 const lanes = new LaneView(element("lanes"), axis, { time: goToTime, problem: (id) => problems.choose(id) });
@@ -130,6 +135,7 @@ async function open(source) {
   for (const name of PANELS) element(name).replaceChildren();
   plots.clear();
   element("index").hidden = true;
+  element("back").hidden = page.sources.length < 2;
   list.reset(0);
   element("name").textContent = printable(source.name);
   document.title = `canalyze: ${printable(source.name)}`;
@@ -399,14 +405,34 @@ async function grouped(sources) {
   return recordingsOf(spans);
 }
 
+/** Shows the list of captures as it was last made, or makes it. */
+function back() {
+  if (page.indexed !== language.now) return showIndex();
+  bareIndex();
+  return undefined;
+}
+
+/** Shows the list of captures, and nothing of a capture. */
+function bareIndex() {
+  for (const id of ["main", "lanes", "drop", "back"]) element(id).hidden = true;
+  for (const id of ["verdict", "extent", "name", "notice"]) element(id).textContent = "";
+  element("index").hidden = false;
+  element("save").disabled = true;
+  document.title = "canalyze";
+  page.opened = null;
+  page.opening = {};
+  link.restart();
+  link.source = null;
+  document.body.dataset.state = "index";
+}
+
 /** Diagnoses each of several captures and lists them, the worst first. */
 async function showIndex() {
   const box = element("index");
-  for (const id of ["main", "lanes", "drop"]) element(id).hidden = true;
-  box.hidden = false;
+  bareIndex();
+  document.body.dataset.state = "";
+  page.indexed = "";
   box.replaceChildren();
-  for (const id of ["verdict", "extent", "name"]) element(id).textContent = "";
-  link.restart();
   /** @type {{source: Source, diagnosis: Diagnosis | null, problem: string}[]} */
   const found = [];
   const rank = (/** @type {Diagnosis | null} */ one) => (one ? [...STATES.slice(0, 2), "unjudged", "ended"].indexOf(one.worst) : 9);
@@ -421,9 +447,12 @@ async function showIndex() {
       found.push({ source, diagnosis: null, problem: kind === "Unreadable" ? unreadable(/** @type {any} */ (error)) : String(error) });
       if (kind === "trap") link.restart();
     }
-    found.sort((one, other) => rank(one.diagnosis) - rank(other.diagnosis));
+    const count = (/** @type {Diagnosis | null} */ one) => one?.roots.filter(({ status }) => status !== "harmless").length ?? 0;
+    found.sort((one, other) => rank(one.diagnosis) - rank(other.diagnosis) || count(other.diagnosis) - count(one.diagnosis));
     box.replaceChildren(make("table", {}, ...found.map((one) => indexRow(one))));
   }
+  link.source = null;
+  page.indexed = language.now;
   document.body.dataset.state = "index";
 }
 
@@ -470,7 +499,10 @@ async function take(files) {
   const taken = await attempt(async () => {
     const { others, isNews } = await descriptions.take(files);
     if (others.length) await openAll(others.map(sourceOf));
-    else if (isNews) await again();
+    else if (isNews) {
+      page.indexed = "";
+      await again();
+    }
     return true;
   });
   if (!taken) document.body.dataset.state = "failed";
@@ -512,6 +544,7 @@ function begin() {
     take(files);
   });
   element("language").addEventListener("click", () => speak(language.now === "zh" ? "en" : "zh"));
+  element("back").addEventListener("click", () => back());
   element("keys").addEventListener("click", () => element("help").showModal());
   element("cancel").addEventListener("click", () => link.restart());
   element("time").addEventListener("click", () => {
