@@ -276,7 +276,7 @@ def test_lines_are_kept_as_they_are(tmp_path: Path) -> None:
     """More of them than are packed at once, and than the core hands over at once."""
     path = tmp_path / "long.log"
     path.write_text("".join(f"({n / 1000:.6f}) can0 {0x701 + n % 127:03X}#{n % 128:02X}\n" for n in range(70_000)))
-    texts = ["heartbeat of node 5:", "节点", "Boot-up", "stopped", "no such text", "69.999000"]
+    texts = ["heartbeat of node 5:", "节点", "Boot-up", "stopped", "[1]  6F", "no such text"]
     one = {**case(path, lang="en", format="columns", tables=["listing"]), "searched": texts}
     [(lines, found)] = in_words([one], tmp_path)
     session = _core.Session(SessionOptions("en", "columns", tables=("listing",)))
@@ -287,7 +287,7 @@ def test_lines_are_kept_as_they_are(tmp_path: Path) -> None:
     assert len(wanted) == 70_000 and lines == wanted
     for text, places in zip(texts, found, strict=True):
         assert places == [n for n, line in enumerate(wanted) if text.lower() in line.lower()], text
-    assert len(found[0]) > 500 and len(found[-1]) == 1
+    assert min(len(found[0]), len(found[4])) > 500 and found[-1] == []
 
 
 def test_packed_data_are_unpacked(tmp_path: Path) -> None:

@@ -34,9 +34,14 @@ class Core {
     this.put(this.encoder.encode(JSON.stringify(value)));
   }
 
+  /** @param {number} address @param {number} length @returns {Uint8Array<ArrayBuffer>} A copy of bytes of its memory. */
+  copied(address, length) {
+    return new Uint8Array(this.exports.memory.buffer, address, length).slice();
+  }
+
   /** @param {number} length @returns {Uint8Array<ArrayBuffer>} A copy of the last output. */
   taken(length) {
-    return new Uint8Array(this.exports.memory.buffer, this.exports.output(), length).slice();
+    return this.copied(this.exports.output(), length);
   }
 
   /** @param {number} length */

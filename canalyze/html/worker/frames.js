@@ -46,7 +46,7 @@ class Frames {
     this.count += rows;
     const valid = t.valid && Uint8Array.from({ length: rows }, (_, row) => Number(!t.isNull(row)));
     const ends = line.ends.slice(0, rows + 1);
-    const text = line.bytes.slice(ends[0], ends[rows]);
+    const address = line.bytes.byteOffset;
     /** @type {FramePart} */
     const part = {
       rows,
@@ -63,7 +63,7 @@ class Frames {
     // From here on the core's memory may grow, and the columns are gone.
     for (let row = 0; row < rows; row += BLOCK_ROWS) {
       const [from, to] = blockOf(part, row);
-      part.blocks.push(this.core.packed(text.subarray(from - ends[0], to - ends[0])));
+      part.blocks.push(this.core.packed(this.core.copied(address + from, to - from)));
     }
   }
 
