@@ -760,10 +760,15 @@ def test_it_saves_what_convert_writes(chromium_browser: Chromium, empty: Path) -
     browser = chromium_browser
     opened(browser, empty, PROBLEMS)
     filtered(browser, "node=5")
+    label = 'return document.querySelector("#save option").textContent'
+    assert browser.run(label) == "Save filtered…"
     name, content = saved(browser, SAVE, "candump")
     wanted = [one for one in read_log(PROBLEMS.read_bytes()) if one.can_id & 0x7F == 5]
     assert log_text(read_log(content.encode())) == log_text(wanted)
     assert name == "problems.log.log"
+    filtered(browser, "heartbeat")
+    assert browser.run(label) == "Save all…"
+    assert log_text(read_log(saved(browser, SAVE, "candump")[1].encode())) == log_text(read_log(PROBLEMS.read_bytes()))
 
 
 def resident_mb() -> int:

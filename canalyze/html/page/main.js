@@ -320,6 +320,7 @@ async function filter(expression) {
   try {
     const count = await ask("filter", { expression });
     page.expression = expression;
+    sayWhatIsSaved();
     list.reset(count);
     output.textContent = say("html.frames", { count });
     remember(expression);
@@ -338,6 +339,13 @@ function remember(expression) {
   if (!expression || [...history.children].some((one) => one.value === expression)) return;
   history.prepend(make("option", { value: expression }));
   while (history.childElementCount > 20) history.lastElementChild.remove();
+}
+
+/** Says how much is saved: a text that is searched for is no filter of a session. */
+function sayWhatIsSaved() {
+  const { expression } = page;
+  const key = !expression ? "html.save" : expression.includes("=") ? "html.save_filtered" : "html.save_all";
+  element("save").firstElementChild.textContent = say(key);
 }
 
 /** @param {string} name */
@@ -384,6 +392,7 @@ function download(content, name) {
 async function openAll(sources) {
   page.expression = "";
   element("filter").querySelector("input").value = "";
+  sayWhatIsSaved();
   page.sources = sources.length > 1 ? await grouped(sources) : sources;
   if (page.sources.length === 1) await open(page.sources[0]);
   else if (page.sources.length) await showIndex();
@@ -472,9 +481,9 @@ function indexRow({ source, diagnosis, problem }) {
 async function speak(lang) {
   language.now = lang;
   sayAll();
-  const save = element("save");
   const forms = SAVED.map(([name]) => make("option", { value: name }, word("html_save", name)));
-  save.replaceChildren(make("option", { value: "" }, say("html.save")), ...forms);
+  element("save").replaceChildren(make("option", { value: "" }), ...forms);
+  sayWhatIsSaved();
   element("time").textContent = word("html_time", list.time);
   descriptions.draw();
   await again();
