@@ -813,6 +813,15 @@ def test_a_million_frames(empty: Path, tmp_path: Path) -> None:
               setTimeout(tick);
             })();""")
         assert re.fullmatch(r"\d+ frames", filtered(browser, "service=sdo node=5"))
+        shown = filtered(browser, "service=heartbeat")
+        browser.run("""const form = document.querySelector("#filter");
+            form.querySelector("input").value = "service=pdo";
+            form.requestSubmit();
+            document.querySelector("#cancel").click();""")
+        browser.wait('!document.querySelector("#filter output").textContent.startsWith("reading")')
+        assert browser.run('return document.querySelector("#filter output").textContent') == shown
+        assert browser.run('return document.querySelector("#filter input").value') == "service=heartbeat"
+        assert rows(browser)
         assert re.fullmatch(r"\d+ frames", filtered(browser, "heartbeat of node 5"))
         assert filtered(browser, "") == "1000000 frames"
         for end, frame in (("1e9", 1_000_000), ("0", 1)):

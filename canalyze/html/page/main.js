@@ -30,8 +30,9 @@ const OTHERS = /** @type {Record<string, [string, string]>} */ ({
 const page = {
   /** @type {any} The answer of the worker for the capture that is open. */
   opened: null,
-  /** The latest call that opens a capture. */
+  /** The latest call that opens a capture, and the latest one that filters. */
   opening: {},
+  filtering: {},
   /** @type {Source[]} */
   sources: [],
   panel: "problems",
@@ -218,7 +219,12 @@ function fill(name, act) {
   if (!act || (page.filled.has(name) && name !== "plots")) return;
   if (page.filled.has(name) && act === FILLED[name]) return;
   page.filled.add(name);
-  attempt(async () => act());
+  attempt(async () => {
+    await act();
+    return true;
+  }).then((done) => {
+    if (!done) page.filled.delete(name);
+  });
 }
 
 const FILLED = /** @type {Record<string, () => any>} */ ({
@@ -315,6 +321,8 @@ async function filter(expression) {
     goTo(Number(number[1]));
     return;
   }
+  const mine = {};
+  page.filtering = mine;
   output.className = "";
   output.textContent = say("html.reading");
   try {
@@ -330,6 +338,9 @@ async function filter(expression) {
       output.className = "wrong";
       output.textContent = error.message;
     } else await complain(error);
+    if (page.filtering !== mine || !(error instanceof RequestError) || error.kind !== "Superseded") return;
+    input.value = page.expression; // given up: what is shown stays
+    output.textContent = say("html.frames", { count: list.length });
   }
 }
 
@@ -555,7 +566,10 @@ function begin() {
   element("language").addEventListener("click", () => speak(language.now === "zh" ? "en" : "zh"));
   element("back").addEventListener("click", () => back());
   element("keys").addEventListener("click", () => element("help").showModal());
-  element("cancel").addEventListener("click", () => link.restart());
+  element("cancel").addEventListener("click", () => {
+    if (page.opened) ask("cancel", {});
+    else link.restart();
+  });
   element("time").addEventListener("click", () => {
     const forms = ["since", "date", "delta"];
     list.time = forms[(forms.indexOf(list.time) + 1) % forms.length];

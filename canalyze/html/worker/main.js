@@ -1,7 +1,7 @@
 // The worker's loop: requests come as {id, ask, with}, answers go as {id, answer} or {id, error}.
 
 /** Requests that read what is kept: they are answered at once, also while a pass runs. */
-const QUICK = ["rows", "row", "place", "frameAt", "lines", "envelope", "listed", "transfer", "describes", "describe", "nodes"];
+const QUICK = ["rows", "row", "place", "frameAt", "lines", "envelope", "listed", "transfer", "describes", "describe", "nodes", "cancel"];
 
 /** @type {Requests | null} */
 let requests = null;

@@ -18,6 +18,8 @@ class Requests {
     this.options = {};
     /** The last request of each kind: an earlier one that still runs is given up. */
     this.last = new Map();
+    /** How often what runs was given up. */
+    this.cancelled = 0;
     /** @type {((bytes: Uint8Array<ArrayBuffer>) => void) | null} */
     this.waiting = null;
     /** @type {Map<string, {t: Float64Array, v: Float64Array}>} */
@@ -47,6 +49,11 @@ class Requests {
     const number = (this.last.get(kind) ?? 0) + 1;
     this.last.set(kind, number);
     return () => this.last.get(kind) === number;
+  }
+
+  /** Gives up what runs; what is open stays. */
+  cancel() {
+    this.cancelled += 1;
   }
 
   get opened() {
@@ -99,7 +106,9 @@ class Requests {
       shown = now;
       this.post({ progress: { share, count: this.frames.count } });
     };
-    await this.opened.pass({ ...this.options, ...options }, { progress, ...sinks });
+    const { cancelled } = this;
+    const wanted = () => this.cancelled === cancelled && (sinks.wanted?.() ?? true);
+    await this.opened.pass({ ...this.options, ...options }, { progress, ...sinks, wanted });
   }
 
   /** Diagnoses without keeping frames, for an index. @param {{parts: Part[], merge: boolean, options: object}} asked */
