@@ -722,8 +722,14 @@ def test_a_narrow_screen_shows_everything_in_its_width(chromium_browser: Chromiu
     try:
         opened(browser, empty, PROBLEMS)
         assert browser.run("return document.documentElement.scrollWidth") <= 390
+        assert browser.run("return window.scrollY") == 0
         browser.run('document.querySelector("#problem-1 .frame").click()')
         browser.wait('document.querySelector(".row.chosen")')
+        frames = 'document.querySelector("#frames").getBoundingClientRect()'
+        browser.wait(f"{frames}.top >= 0 && {frames}.top < 200")
+        browser.click('[data-panel="transfers"]')
+        browser.wait('document.querySelector("#transfers tbody tr") !== null')
+        assert browser.run("return document.documentElement.scrollWidth") <= 390
     finally:
         browser.cdp("Emulation.clearDeviceMetricsOverride")
 

@@ -33,6 +33,8 @@ const page = {
   /** The latest call that opens a capture, and the latest one that filters. */
   opening: {},
   filtering: {},
+  /** True while a frame is chosen that the user has not asked for. */
+  still: false,
   /** @type {Source[]} */
   sources: [],
   panel: "problems",
@@ -179,7 +181,9 @@ async function showOpened() {
   element("lanes").hidden = !lanes.rows.length;
   show("problems");
   element("filter").querySelector("output").textContent = say("html.frames", { count: opened.count });
+  page.still = true; // a narrow screen begins with the problems
   problems.begin(link.source?.problem ?? 0);
+  page.still = false;
 }
 
 /** @returns {Promise<void>} Fulfilled when the page has drawn and answered what waits. */
@@ -271,6 +275,7 @@ function mark(one) {
 /** Chooses a frame: the list, the axis and the explanation follow. @param {number} frame */
 async function goTo(frame) {
   list.chosen = frame;
+  if (!page.still && matchMedia("(max-width: 760px)").matches) element("right").scrollIntoView();
   explain(frame);
   list.reveal(await ask("place", { frame }));
 }
@@ -510,7 +515,9 @@ async function again() {
     if (!page.opened) return;
     show(panel);
     if (page.expression) await filter(page.expression);
-    if (chosen) await goTo(chosen);
+    page.still = true;
+    if (chosen) goTo(chosen);
+    page.still = false;
   }
 }
 

@@ -4,6 +4,8 @@
 const DRAWN = 100;
 /** Columns whose values have words. */
 const WORDED = ["direction", "status", "severity"];
+/** Columns of sentences, which may take several lines. */
+const WIDE = ["name", "text", "message", "abort_text"];
 
 class TablePanel {
   /**
@@ -17,6 +19,8 @@ class TablePanel {
     /** @type {string | null} */
     this.sorted = null;
     this.down = false;
+    /** @type {string[]} */
+    this.columns = [];
     this.drawn = 0;
     this.number = 0;
     this.search = make("input", { type: "search", placeholder: say("html.search"), oninput: () => this.draw() });
@@ -53,6 +57,7 @@ class TablePanel {
   async draw() {
     const found = await this.rows(0);
     if (!found) return;
+    this.columns = found.columns;
     this.head.replaceChildren(
       ...found.columns.map((/** @type {string} */ name) => make("th", { onclick: () => this.sort(name) }, word("html_column", name))),
     );
@@ -76,7 +81,8 @@ class TablePanel {
 
   /** @param {{cells: string[], frame: number | null, severity: string}} row */
   line({ cells, frame, severity }) {
-    const line = make("tr", {}, ...cells.map((cell) => make("td", {}, printable(cell))));
+    const className = (/** @type {number} */ place) => (WIDE.includes(this.columns[place]) ? "wide" : "");
+    const line = make("tr", {}, ...cells.map((cell, place) => make("td", { className: className(place) }, printable(cell))));
     if (severity) line.classList.add(severity);
     if (frame === null) return line;
     line.classList.add("pick");
