@@ -1,7 +1,7 @@
 // The frames of a capture with their meaning: numbers in arrays, lines packed in blocks.
 
 /** Frames that are kept: more would not fit into the memory of a page. */
-const MOST_FRAMES = 4000000;
+const MOST_FRAMES = 10000000;
 /** Rows of a block of lines: as many as are restored in some milliseconds. */
 const BLOCK_ROWS = 4096;
 /** Blocks that stay restored. */
