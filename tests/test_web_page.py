@@ -516,6 +516,20 @@ def test_files_are_joined_by_time(browser: Browser, tmp_path: Path) -> None:
     assert "175 frames" in text(browser, "#extent")
 
 
+def test_a_capture_inside_is_read_piece_by_piece(browser: Browser, tmp_path: Path) -> None:
+    """Packed it is larger than what is read at once."""
+    chance = random.Random(9)
+    lines = [f"({n / 1000:.6f}) can0 181#{chance.randbytes(8).hex().upper()}\n" for n in range(120_001)]
+    page = tmp_path / "large.html"
+    page.write_bytes(html.page("en", {}, [[held("large.log", "".join(lines).encode())]]))
+    assert page.stat().st_size > html.WASM.stat().st_size * 4 / 3 + 1_500_000
+    opened(browser, page)
+    assert "120001 frames" in text(browser, "#extent") and "damaged" not in text(browser, "#notice")
+    browser.run('document.querySelector("#frames").scrollTop = 1e9')
+    last = " ".join(re.findall("..", lines[-1].split("#")[1].strip()))
+    browser.wait(f'[...document.querySelectorAll(".row .raw")].some((one) => one.textContent.includes("{last}"))')
+
+
 def test_what_is_known_of_the_network_counts(browser: Browser, tmp_path: Path) -> None:
     """Names of a description, in a page with the capture inside."""
     capture = next(path for path in sorted((SAMPLES / "network").glob("*.log")) if described(path).descriptions)
