@@ -28,8 +28,8 @@ CAPTURE = re.compile(
 def core(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> bytes:
     """A core that any checkout has."""
     content = b"\0asm" + bytes(range(256))
-    (tmp_path / "core.wasm").write_bytes(content)
-    monkeypatch.setattr(html, "WASM", tmp_path / "core.wasm")
+    (tmp_path / "core.wasm.lzma").write_bytes(content)
+    monkeypatch.setattr(html, "WASM", tmp_path / "core.wasm.lzma")
     return content
 
 
@@ -49,7 +49,7 @@ def test_it_holds_the_core_and_the_captures(lang: str, core: bytes, tmp_path: Pa
     assert [one["recording"] for one in said] == [0, 1, 2]
     assert [gzip.decompress(base64.b64decode(data)) for data, _ in found] == [one.read_bytes() for one in captures]
     (wasm,) = re.findall(r'id="wasm">([^<]*)</script>', text)
-    assert gzip.decompress(base64.b64decode(wasm)) == core
+    assert base64.b64decode(wasm) == core
     (settings,) = re.findall(r'id="settings">([^<]*)</script>', text)
     read = json.loads(settings)
     assert read["lang"] == lang and not read["merge"] and read["options"]["network"]["descriptions"] == []

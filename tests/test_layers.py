@@ -163,7 +163,7 @@ MAY_USE: dict[str, set[str]] = {
         "output",
         "output.writing",
     },
-    "html": {*SAID, "running.reading", "sources"},
+    "html": {*SAID, "dictionary", "running.reading", "sources"},
     "timeline": {*SAID, "_core", "output.layout", "output", "reports", "output.writing", "values"},
     "exporting": {*SAID, "_core", "library", "output", "output.writing", "values"},
     "agents": {*SAID, "library", "output", "output.jsonl", "configuration.network", "sources.names"},

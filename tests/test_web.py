@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+import lzma
 import os
 import random
 import shutil
 import struct
 import subprocess
+from collections import Counter
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -25,10 +27,12 @@ from captures import EDS, SAMPLES, TESTS
 from canalyze import _core
 from canalyze.configuration.descriptions import network, network_rows
 from canalyze.configuration.network import CanId, Cob, Description, Known, NodeProfile, PdoMapping, SdoChannel
+from canalyze.dictionary import load
+from canalyze.errors import SourceError
 from canalyze.running.options import SessionOptions
 
 FOLDER = TESTS.parent / "canalyze" / "html"
-WASM = FOLDER / "core.wasm"
+WASM = FOLDER / "core.wasm.lzma"
 NODE = shutil.which("node")
 FORMS = (
     "text", "jsonl", "events", "transfers", "transfers-text", "transfers-csv", "signals", "signals-csv", "objects",
@@ -139,7 +143,7 @@ def in_node(cases: list[Case], folder: Path) -> subprocess.Popen[str]:
     assert NODE is not None
     plain_cases = [{name: value for name, value in one.items() if name != "known"} for one in cases]
     (folder / "cases.json").write_text(json.dumps(plain_cases))
-    sources = [str(FOLDER / "worker" / name) for name in ("core.js", "columns.js")]
+    sources = [str(FOLDER / "worker" / f"{name}.js") for name in ("lzma", "core", "columns", "capture", "frames")]
     line = [NODE, str(TESTS / "web" / "answers.js"), str(WASM), str(folder / "cases.json"), *sources]
     return subprocess.Popen(line, stdout=subprocess.PIPE, text=True)
 
@@ -200,6 +204,106 @@ def test_a_known_network_is_known_alike(tmp_path: Path) -> None:
             found.append({**one, "options": {**one["options"], "network": rows}, "known": known})
     assert differing(found, tmp_path) == []
     assert len(differing(plainly[:40], tmp_path, found[:40])) > 5, "what is known changes what is said"
+
+
+def in_words(cases: list[Case], folder: Path) -> list[Any]:
+    """What node prints for cases that answer in JSON."""
+    with in_node(cases, folder) as process:
+        said = process.communicate()[0].splitlines()
+    assert process.returncode == 0 and len(said) == len(cases)
+    return [json.loads(line) for line in said]
+
+
+def test_descriptions_are_read_and_used_alike(tmp_path: Path) -> None:
+    """Those that the page is given as files: sessions say what they say with `--eds`."""
+    found: list[Case] = []
+    for path in sorted((SAMPLES / "network").glob("*.log")):
+        given = Known(described(path).descriptions)
+        files = list(dict.fromkeys(one.file for one in given.descriptions))
+        rows = [(one.bus, node, files.index(one.file)) for one in given.descriptions for node in one.nodes]
+        for one in cases_of(path, "zh") if files else ():
+            options = {**one["options"], "network": {"descriptions": rows}}
+            found.append({**one, "options": options, "descriptions": files, "known": network(Known(), given, None)})
+    assert len(found) > 100 and differing(found, tmp_path) == []
+    plainly = [{**one, "options": {**one["options"], "network": {}}} for one in found[:40]]
+    assert len(differing(plainly, tmp_path, found[:40])) > 5, "a description changes what is said"
+
+
+def test_what_is_shown_of_a_description_is_what_python_reads(tmp_path: Path) -> None:
+    texts = {
+        "empty.eds": b" \n",
+        "nothing.eds": b"[FileInfo]\nFileName=a\n",
+        "doctype.xdd": b"<?xml version='1.0'?><!DOCTYPE a><a/>",
+        "broken.xdd": b"<?xml version='1.0'?>\n<a>\n</b>",
+        "many.eds": b"[1000]\nParameterName=a\nDataType=7\n" + b"".join(b"no equals %d\n" % n for n in range(1100)),
+        "gbk.eds": "[DeviceInfo]\nProductName=驱动器\n[1000]\nParameterName=设备类型\nDataType=7\n".encode("gb18030"),
+        "node.dcf": b"[DeviceComissioning]\nNodeID=9\n[1000]\nParameterName=a\nDataType=7\nParameterValue=1\n",
+    }
+    for name, data in texts.items():
+        (tmp_path / name).write_bytes(data)
+    files = [*sorted(EDS.iterdir()), *(tmp_path / name for name in texts)]
+    said = in_words([{"describe": str(file), "name": file.name} for file in files], tmp_path)
+    for file, about in zip(files, said, strict=True):
+        try:
+            read = load(str(file))
+        except SourceError as error:
+            facts = {name: str(fact) for name, fact in error.facts.items() if name != "name"}
+            assert about == {"error": [error.key, facts]}
+            continue
+        defects: Counter[str] = Counter()
+        for defect in read.defects:
+            more = defect.code == "more"
+            defects[str(defect.facts["code"]) if more else defect.code] += (
+                int(str(defect.facts["count"])) if more else 1
+            )
+        assert about == {
+            "form": read.form,
+            "node": read.node,
+            "product": read.device.product_name,
+            "objects": len(read.objects),
+            "pdos": len(read.pdos),
+            "defects": dict(defects),
+        }
+    by_name = {file.name: about for file, about in zip(files, said, strict=True)}
+    assert by_name["node.dcf"]["node"] == 9 and by_name["gbk.eds"]["product"] == "驱动器"
+    assert by_name["many.eds"]["defects"]["no-equals"] == 1100
+    assert {"source.empty", "eds.nothing", "eds.doctype", "eds.xml"} <= {
+        about["error"][0] for about in said if "error" in about
+    }
+
+
+def test_lines_are_kept_as_they_are(tmp_path: Path) -> None:
+    """More of them than are packed at once, and than the core hands over at once."""
+    path = tmp_path / "long.log"
+    path.write_text("".join(f"({n / 1000:.6f}) can0 {0x701 + n % 127:03X}#{n % 128:02X}\n" for n in range(70_000)))
+    texts = ["heartbeat of node 5:", "节点", "Boot-up", "stopped", "[1]  6F", "no such text"]
+    one = {**case(path, lang="en", format="columns", tables=["listing"]), "searched": texts}
+    [(lines, found)] = in_words([one], tmp_path)
+    session = _core.Session(SessionOptions("en", "columns", tables=("listing",)))
+    session.begin(path.name, True)
+    session.feed(path.read_bytes())
+    session.finish()
+    wanted = [line for _, batch in session.batches(flush=True) for line in batch.column("line")]
+    assert len(wanted) == 70_000 and lines == wanted
+    for text, places in zip(texts, found, strict=True):
+        assert places == [n for n, line in enumerate(wanted) if text.lower() in line.lower()], text
+    assert min(len(found[0]), len(found[4])) > 500 and found[-1] == []
+
+
+def test_packed_data_are_unpacked(tmp_path: Path) -> None:
+    chance = random.Random(5)
+    texts = [b"", b"a", b"abc" * 100_000, chance.randbytes(100_000), WASM.read_bytes()[:300_000]]
+    texts.append(b"".join(chance.choice((b"0", b"node", b"\n")) for _ in range(200_000)) + chance.randbytes(70_000))
+    cases: list[Case] = []
+    for number, text in enumerate(texts):
+        for lc, lp, pb in ((3, 0, 0), (0, 2, 2), (4, 0, 4)):
+            filters = [{"id": lzma.FILTER_LZMA1, "preset": 6, "lc": lc, "lp": lp, "pb": pb}]
+            path = tmp_path / f"{number}-{lc}{lp}{pb}.lzma"
+            path.write_bytes(lzma.compress(text, lzma.FORMAT_ALONE, filters=filters))
+            cases.append({"unlzma": str(path), "digest": hashlib.sha256(text).hexdigest()})
+    with in_node(cases, tmp_path) as process:
+        said = process.communicate()[0].splitlines()
+    assert said == [one["digest"] for one in cases]
 
 
 @pytest.mark.parametrize("tables", [[], ["transfers"]])

@@ -5,7 +5,6 @@ nothing but these scripts may run: the policy of the page names their hashes. Mu
 """
 
 import base64
-import gzip
 import hashlib
 import json
 import zlib
@@ -13,6 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from canalyze.dictionary.model import EFFECTS
 from canalyze.errors import OutputError, SourceError
 from canalyze.words import LANGUAGES, sentences
 
@@ -25,19 +25,45 @@ if TYPE_CHECKING:
     Part = Capture | PythonCanCapture | Counted
 
 FOLDER: Final = Path(__file__).parent
-WASM: Final = FOLDER / "core.wasm"
-"""Built by `.ci/web`; not there in every installation."""
+WASM: Final = FOLDER / "core.wasm.lzma"
+"""Built and packed by `.ci/web`; not there in every installation."""
 MOST: Final = 256 << 20
 """Characters of packed captures in a page; browsers keep no text of twice the length."""
-PAGE: Final = ("say", "link", "list", "axis", "problems", "tables", "lanes", "plots", "recordings", "main")
-WORKER: Final = ("core", "columns", "capture", "frames", "tables", "requests", "main")
+PAGE: Final = (
+    "say",
+    "link",
+    "list",
+    "axis",
+    "problems",
+    "tables",
+    "lanes",
+    "plots",
+    "recordings",
+    "descriptions",
+    "main",
+)
+WORKER: Final = ("lzma", "core", "columns", "capture", "frames", "tables", "requests", "main")
 LEVEL: Final = 6
 """Of zlib: the next ones take twice the time for 1 % less."""
 _GZIP: Final = 31
 """Bits of the window, with gzip's head around."""
-_TOPICS: Final = ("html", "problem")
-_DIAGNOSE: Final = ("diagnose.html_apart", "diagnose.html_check")
-"""Sentences that the page shares with the report."""
+_TOPICS: Final = ("html", "problem", "network", "direction", "status", "severity")
+_SENTENCES: Final = (
+    "diagnose.html_apart",
+    "diagnose.html_check",
+    "source.empty",
+    "eds.concise",
+    "eds.doctype",
+    "eds.large",
+    "eds.nothing",
+    "eds.xml",
+    "od.buses",
+    "od.dcf_none",
+    "od.left_out",
+    "od.no_node",
+    "od.written",
+)
+"""Those of the command line and of the report that the page has, too."""
 
 
 def page(
@@ -63,11 +89,15 @@ def pieces(
     that the page opens on, None for the most important. OutputError where the core for the page was not built, and,
     after some pieces, where the captures are too large for a page.
     """
-    parts = {"wasm": _packed(core()), "worker": _scripts("worker", WORKER), "script": _scripts("page", PAGE)}
+    parts = {
+        "wasm": base64.b64encode(core()).decode(),
+        "worker": _scripts("worker", WORKER),
+        "script": _scripts("page", PAGE),
+    }
     parts["style"] = _style()
     parts["policy"] = _policy(parts["style"], parts["script"])
     parts["words"] = _json({one: _words(one) for one in LANGUAGES})
-    parts["settings"] = _json({"lang": lang, "merge": merge, "options": dict(options)})
+    parts["settings"] = _json({"lang": lang, "merge": merge, "options": dict(options), "effects": EFFECTS})
     return _filled(parts, _captures(captures, some=some, problem=problem))
 
 
@@ -125,7 +155,7 @@ def _hash(text: str) -> str:
 
 def _words(lang: str) -> dict[str, str]:
     found = {key: text for topic in _TOPICS for key, text in sentences(topic, lang).items()}
-    return found | {key: sentences("diagnose", lang)[key] for key in _DIAGNOSE}
+    return found | {key: sentences(key.partition(".")[0], lang)[key] for key in _SENTENCES}
 
 
 def _json(value: object) -> str:
@@ -175,7 +205,3 @@ def _packed_in_pieces(pieces: Iterable[bytes]) -> Iterator[bytes]:
         yield base64.b64encode(rest[:whole])
         rest = rest[whole:]
     yield base64.b64encode(rest + packer.flush())
-
-
-def _packed(data: bytes) -> str:
-    return base64.b64encode(gzip.compress(data, LEVEL, mtime=0)).decode()

@@ -68,15 +68,16 @@ class Axis {
 
 /**
  * Lets a canvas zoom by the wheel and move by dragging; a click gives the time.
- * @param {any} canvas @param {Axis} axis @param {number} left @param {(t: number, y: number) => void} click
+ * @param {any} canvas @param {Axis} axis @param {() => number} left @param {(t: number, y: number) => void} click
+ * @param {(t: number, y: number) => void} [over]
  */
-function handle(canvas, axis, left, click) {
+function handle(canvas, axis, left, click, over = () => {}) {
   /** @type {{x: number, from: number, to: number, moved: boolean} | null} */
   let held = null;
-  const room = () => Math.max(canvas.clientWidth - left, 1);
-  const timeAt = (/** @type {number} */ x) => axis.from + ((x - left) / room()) * (axis.to - axis.from);
+  const room = () => Math.max(canvas.clientWidth - left(), 1);
+  const timeAt = (/** @type {number} */ x) => axis.from + ((x - left()) / room()) * (axis.to - axis.from);
   canvas.addEventListener("wheel", (/** @type {WheelEvent} */ event) => {
-    if (event.shiftKey || !event.deltaY || event.offsetX < left) return;
+    if (event.shiftKey || !event.deltaY || event.offsetX < left()) return;
     event.preventDefault();
     axis.zoom(timeAt(event.offsetX), event.deltaY > 0 ? 1.25 : 0.8);
   }, { passive: false });
@@ -85,7 +86,10 @@ function handle(canvas, axis, left, click) {
     canvas.setPointerCapture(event.pointerId);
   });
   canvas.addEventListener("pointermove", (/** @type {PointerEvent} */ event) => {
-    if (!held) return;
+    if (!held) {
+      over(timeAt(event.offsetX), event.offsetY);
+      return;
+    }
     const by = ((event.offsetX - held.x) / room()) * (held.to - held.from);
     if (Math.abs(event.offsetX - held.x) > 3) held.moved = true;
     if (held.moved) axis.show(held.from - by, held.to - by);

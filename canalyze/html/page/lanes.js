@@ -1,7 +1,9 @@
 // Problems and states of nodes over time, on the common axis.
 
 const LANE = 17;
-const LEFT = 130;
+/** Least and greatest width of the names, in pixels, and their greatest share of all. */
+const NAMES = [60, 260];
+const NAMES_SHARE = 0.38;
 const HEAD_ROW = 18;
 /** Colours of states by kind of lane and class, those of canalyze/timeline/colours.py. */
 const COLOURS = /** @type {Record<string, Record<string, string>>} */ ({
@@ -17,7 +19,6 @@ const COLOURS = /** @type {Record<string, Record<string, string>>} */ ({
   problems: { open: "#d6453d", unknown: "#e8772e", ended: "#e0a526", harmless: "#8a8f98" },
 });
 const PLAIN = ["#4f7cac", "#3e8e8e", "#8d6e63", "#7a6fa8", "#9c8a4a", "#5f7a8a", "#a0698a"];
-const MOST_ROWS_OF_LANES = 60;
 
 /** @typedef {{colour: string, text: string}} Look Without a colour nothing is drawn. */
 /**
@@ -35,15 +36,20 @@ class LaneView {
     this.canvas = box.querySelector("canvas");
     this.axis = axis;
     this.act = act;
+    this.widest = 0;
     /** @type {LaneRow[]} */
     this.rows = [];
+    this.left = NAMES[0];
     axis.views.push(() => this.draw());
     new ResizeObserver(() => axis.changed()).observe(box);
-    handle(this.canvas, axis, LEFT, (t, y) => this.click(t, y));
+    handle(this.canvas, axis, () => this.left, (t, y) => this.click(t, y), (t, y) => this.point(t, y));
   }
 
-  /** @param {Diagnosis} diagnosis @param {{name: string, words: (string | null)[][], t: Float64Array, state: Uint16Array}[]} lanes */
-  show(diagnosis, lanes) {
+  /**
+   * @param {Diagnosis} diagnosis @param {{name: string, words: (string | null)[][], t: Float64Array, state: Uint16Array}[]} lanes
+   * @param {number} others The number of lanes that are not kept.
+   */
+  show(diagnosis, lanes, others) {
     const { end } = this.axis;
     const problems = diagnosis.listed.filter(({ one }) => one.status !== "harmless").slice(0, 20).map(({ one }) => {
       const from = diagnosis.since(one.begin?.t ?? null);
@@ -51,9 +57,10 @@ class LaneView {
       const look = { colour: COLOURS.problems[one.status], text: printable(one.texts.title) };
       const t = from === null ? [] : [from, to ?? end];
       const looks = [look, NO_LOOK];
-      return { name: `${one.id}`, id: one.id, cause: one.cause?.id ?? 0, t, state: [0, 1], look: (/** @type {number} */ at) => looks[at] };
+      return { name: say("html.problem", { number: one.id }), id: one.id, cause: one.cause?.id ?? 0, t, state: [0, 1], look: (/** @type {number} */ at) => looks[at] };
     });
-    const states = lanes.slice(0, MOST_ROWS_OF_LANES).map(({ name, words, t, state }) => {
+    const buses = new Set(lanes.map(({ name }) => busOf(name)));
+    const states = lanes.map(({ name, words, t, state }) => {
       const kind = name.slice(0, name.indexOf("/"));
       /** @type {Map<number, Look>} */
       const looks = new Map();
@@ -63,10 +70,21 @@ class LaneView {
         looks.set(number, found);
         return found;
       };
-      return { name: laneName(name), id: 0, cause: 0, t, state, look };
+      return { name: laneName(name, buses.size > 1), id: 0, cause: 0, t, state, look };
     });
-    this.rows = [...problems, ...states];
+    const more = { name: say("html.more_lanes", { count: others }), id: 0, cause: 0, t: [], state: [], look: () => NO_LOOK };
+    this.rows = [...problems, ...states, ...(others ? [more] : [])];
+    const { pen } = penOf(this.canvas, HEAD_ROW);
+    this.widest = Math.max(...this.rows.map(({ name }) => pen.measureText(name).width), 0) + 14;
     this.axis.changed();
+  }
+
+  /** Shows the state below the pointer in words. @param {number} time @param {number} y */
+  point(time, y) {
+    const row = this.rows[Math.floor((y - HEAD_ROW) / LANE)];
+    const at = row && time >= this.axis.from ? firstFrom(row.t, time + 1) - 1 : -1;
+    const text = row && at >= 0 ? row.look(row.state[at]).text : "";
+    this.canvas.title = text ? `${row.name}: ${text}` : (row?.name ?? say("html.lanes"));
   }
 
   /** @param {number} t @param {number} y */
@@ -80,8 +98,10 @@ class LaneView {
     const { axis, rows } = this;
     if (!this.canvas.clientWidth) return;
     const { pen, width } = penOf(this.canvas, HEAD_ROW + rows.length * LANE + 2);
-    const room = Math.max(width - LEFT, 1);
-    const x = (/** @type {number} */ t) => LEFT + ((t - axis.from) / (axis.to - axis.from)) * room;
+    const left = Math.min(Math.max(this.widest, NAMES[0]), NAMES[1], width * NAMES_SHARE);
+    this.left = left;
+    const room = Math.max(width - left, 1);
+    const x = (/** @type {number} */ t) => left + ((t - axis.from) / (axis.to - axis.from)) * room;
     const [text, quiet, line] = [colour("--text"), colour("--quiet"), colour("--line")];
     for (const { t, text: said } of axis.ticks(Math.max(Math.floor(room / 110), 2))) {
       pen.fillStyle = line;
@@ -89,20 +109,20 @@ class LaneView {
       pen.fillStyle = quiet;
       pen.fillText(said, x(t) + 3, HEAD_ROW / 2);
     }
-    const timeAt = (/** @type {number} */ place) => axis.from + ((place - LEFT) / room) * (axis.to - axis.from);
+    const timeAt = (/** @type {number} */ place) => axis.from + ((place - left) / room) * (axis.to - axis.from);
     rows.forEach(({ name, t, state, look }, number) => {
       const y = HEAD_ROW + number * LANE;
       pen.fillStyle = text;
-      pen.fillText(name, 6, y + LANE / 2, LEFT - 10);
+      pen.fillText(fitted(pen, name, left - 10), 6, y + LANE / 2);
       pen.save();
       pen.beginPath();
-      pen.rect(LEFT, y, room, LANE);
+      pen.rect(left, y, room, LANE);
       pen.clip();
       for (let at = Math.max(firstFrom(t, axis.from) - 1, 0); at < t.length && t[at] <= axis.to; ) {
         const from = x(t[at]);
         const to = Math.min(x(at + 1 < t.length ? t[at + 1] : axis.end), width);
         const { colour: filled, text: said } = look(state[at]);
-        if (filled && to >= LEFT) bar(pen, { from, to, y, filled, said });
+        if (filled && to >= left) bar(pen, { from, to, left, y, filled, said });
         // Of states that share a pixel the last is drawn, too.
         at = to - from < 1 ? Math.max(at + 1, firstFrom(t, timeAt(from + 1)) - 1) : at + 1;
       }
@@ -124,7 +144,7 @@ class LaneView {
       const from = cause ? this.rows.findIndex(({ id }) => id === cause) : -1;
       if (from < 0 || !t.length || !this.rows[from].t.length) return;
       const [x1, x2] = [x(this.rows[from].t[0]), x(t[0])];
-      if (Math.min(x1, x2) < LEFT - 8) return;
+      if (Math.min(x1, x2) < this.left - 8) return;
       const [y1, y2] = [middle(from) + LANE / 2 - 2, middle(row)];
       pen.beginPath();
       pen.moveTo(x1 + 1, y1);
@@ -139,11 +159,11 @@ class LaneView {
   }
 }
 
-/** Draws a state. @param {any} pen @param {{from: number, to: number, y: number, filled: string, said: string}} state */
-function bar(pen, { from, to, y, filled, said }) {
+/** Draws a state. @param {any} pen @param {{from: number, to: number, left: number, y: number, filled: string, said: string}} state */
+function bar(pen, { from, to, left, y, filled, said }) {
   pen.fillStyle = filled;
   pen.fillRect(from, y + 2, Math.max(to - from - 0.5, 2), LANE - 4);
-  const start = Math.max(from, LEFT) + 4;
+  const start = Math.max(from, left) + 4;
   if (to - start <= 30) return;
   pen.save();
   pen.beginPath();
@@ -154,9 +174,27 @@ function bar(pen, { from, to, y, filled, said }) {
   pen.restore();
 }
 
-/** @param {string} name @returns {string} */
-function laneName(name) {
-  return printable(name.split("/").map((part) => part.replace(/^node(\d+)$/, (_, node) => say("html.node", { node }))).join(" "));
+/** @param {string} name @returns {string} The bus of a lane; empty if it has none. */
+function busOf(name) {
+  const [, bus, node] = name.split("/");
+  return /^node\d+$/.test(node ?? "") ? bus : "";
+}
+
+/** @param {string} name @param {boolean} withBus @returns {string} */
+function laneName(name, withBus) {
+  const [kind, ...rest] = name.split("/");
+  const parts = withBus || !busOf(name) ? rest : rest.slice(1);
+  const said = parts.map((part) => part.replace(/^node(\d+)$/, (_, node) => say("html.node", { node })));
+  return printable([...(kind === "value" ? [] : [word("html_lane", kind)]), ...said].join(" "));
+}
+
+/** Returns a text cut to a width, without its middle: names differ at their ends. @param {any} pen @param {string} text @param {number} width @returns {string} */
+function fitted(pen, text, width) {
+  if (pen.measureText(text).width <= width) return text;
+  const cut = (/** @type {number} */ length) => `${text.slice(0, Math.floor(length / 3))}…${text.slice(text.length - Math.ceil((2 * length) / 3))}`;
+  let length = text.length;
+  while (length > 1 && pen.measureText(cut(length)).width > width) length -= 1;
+  return cut(length);
 }
 
 /** @param {string} state */

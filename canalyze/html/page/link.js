@@ -6,24 +6,31 @@
  * @typedef {{name: string, parts: Part[], problem?: number | null}} Source A capture; the problem that it opens on.
  */
 
-/** An error of a request; `kind` is the class of the worker's error. */
+/** An error of a request; `kind` is the class of the worker's error, `file` the name of the file that it is about. */
 class RequestError extends Error {
-  /** @param {string} kind @param {string} text */
-  constructor(kind, text) {
+  /** @param {string} kind @param {string} text @param {string} [file] */
+  constructor(kind, text, file = "") {
     super(text);
     this.kind = kind;
+    this.file = file;
   }
 }
 
 class Link {
-  /** @param {(share: number, count: number) => void} progress */
-  constructor(progress) {
+  /** @param {(share: number, count: number) => void} progress @param {() => void} idle Called when all is answered. */
+  constructor(progress, idle) {
     this.progress = progress;
+    this.idle = idle;
     /** @type {Source | null} */
     this.source = null;
+    /** @type {{name: string, bytes: ArrayBuffer}[]} Device descriptions that each worker has, by their numbers. */
+    this.descriptions = [];
+    /** @type {WebAssembly.Module | null} The core, once a worker has compiled it. */
+    this.module = null;
     /** @type {Map<number, {done: (answer: any) => void, failed: (error: Error) => void}>} */
     this.pending = new Map();
     this.number = 0;
+    this.used = false;
     this.start();
   }
 
@@ -34,12 +41,14 @@ class Link {
     URL.revokeObjectURL(address);
     this.worker.onmessage = ({ data }) => this.take(data);
     this.worker.onerror = (event) => this.fail("trap", event.message);
-    const packed = Uint8Array.from(atob(element("wasm").textContent), (one) => one.charCodeAt(0));
-    this.worker.postMessage({ wasm: packed }, [packed.buffer]);
+    this.worker.postMessage(this.module ? { module: this.module } : { packed: element("wasm").textContent });
+    for (const one of this.descriptions) this.worker.postMessage({ ask: "describe", with: one });
+    this.used = false;
   }
 
   /** Ends the worker, with all that it does, and starts another one. */
   restart() {
+    if (!this.used) return;
     this.worker?.terminate();
     this.fail("Superseded", "");
     this.start();
@@ -47,9 +56,11 @@ class Link {
 
   /** @param {string} kind @param {string} text */
   fail(kind, text) {
+    this.used = true;
     const pending = [...this.pending.values()];
     this.pending.clear();
     for (const { failed } of pending) failed(new RequestError(kind, text));
+    this.idle();
   }
 
   /** @param {any} data */
@@ -60,12 +71,15 @@ class Link {
       worker?.postMessage({ bytes }, [bytes.buffer]);
     } else if (data.progress) {
       this.progress(data.progress.share, data.progress.count);
+    } else if (data.module) {
+      this.module = data.module;
     } else if (data.failed) {
       this.fail("trap", data.failed);
     } else if (data.id) {
       const waiting = this.pending.get(data.id);
       this.pending.delete(data.id);
-      if (data.error) waiting?.failed(new RequestError(data.error.kind, data.error.text));
+      if (!this.pending.size) this.idle();
+      if (data.error) waiting?.failed(new RequestError(data.error.kind, data.error.text, data.error.file));
       else waiting?.done(data.answer);
     }
   }
@@ -83,6 +97,7 @@ class Link {
   /** @param {string} kind @param {any} [given] @returns {Promise<any>} */
   ask(kind, given = {}) {
     this.number += 1;
+    this.used = true;
     const id = this.number;
     const answer = new Promise((done, failed) => this.pending.set(id, { done, failed }));
     this.worker?.postMessage({ id, ask: kind, with: given });
@@ -107,13 +122,23 @@ function embeddedSources() {
   const found = new Map();
   for (const one of document.querySelectorAll("script.capture")) {
     const { recording, name, format, damage, problem } = JSON.parse(one.nextElementSibling?.textContent ?? "{}");
-    const bytes = Uint8Array.from(atob(one.textContent ?? ""), (char) => char.charCodeAt(0));
-    const read = async (/** @type {number} */ at, /** @type {number} */ length) => bytes.slice(at, at + length).buffer;
+    const text = one.textContent ?? "";
+    const size = (text.length / 4) * 3 - (/=*$/.exec(text)?.[0].length ?? 0);
+    const read = async (/** @type {number} */ at, /** @type {number} */ length) => decoded(text, at, Math.min(at + length, size));
     /** @type {Source} */
     const source = found.get(recording) ?? { name: "", parts: [], problem };
-    source.parts.push({ name, size: bytes.length, format, damage, read });
+    source.parts.push({ name, size, format, damage, read });
     source.name = source.parts.map((part) => part.name).join(", ");
     found.set(recording, source);
   }
   return [...found.values()];
+}
+
+/** Returns some of the bytes that a text has in base64. @param {string} text @param {number} from @param {number} to @returns {ArrayBuffer} */
+function decoded(text, from, to) {
+  const first = Math.floor(from / 3);
+  const bytes = atob(text.slice(first * 4, Math.ceil(to / 3) * 4));
+  const found = new Uint8Array(Math.max(to - from, 0));
+  for (let at = 0; at < found.length; at += 1) found[at] = bytes.charCodeAt(from - first * 3 + at);
+  return found.buffer;
 }

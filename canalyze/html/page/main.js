@@ -1,6 +1,6 @@
 // The page: what is opened, what is chosen, keys. Each part of it is in a file of its own.
 
-/** @type {{lang: string, merge: boolean, options: Record<string, any>}} */
+/** @type {{lang: string, merge: boolean, options: Record<string, any>, effects: Record<string, string>}} */
 const SETTINGS = embedded("settings");
 /** Time before and behind the begin of a problem whose signals are drawn. */
 const AROUND_NS = 2e9;
@@ -18,14 +18,29 @@ const SAVED = /** @type {[string, string, object][]} */ ([
   ["history", ".history.csv", { format: "history-csv" }],
   ["signals", ".signals.csv", { format: "signals-csv" }],
 ]);
+/** Formats that only the command line reads, with a sentence and a command that makes them readable. */
+const OTHERS = /** @type {Record<string, [string, string]>} */ ({
+  xz: ["html.packed", "xz -dk FILE"],
+  bzip2: ["html.packed", "bzip2 -dk FILE"],
+  mf4: ["html.convert", "canalyze convert FILE capture.log"],
+  csv: ["html.convert", "canalyze convert FILE capture.log"],
+  sqlite: ["html.convert", "canalyze convert FILE capture.log"],
+});
 
 const page = {
   /** @type {any} The answer of the worker for the capture that is open. */
   opened: null,
+  /** The latest call that opens a capture, and the latest one that filters. */
+  opening: {},
+  filtering: {},
+  /** True while a frame is chosen that the user has not asked for. */
+  still: false,
   /** @type {Source[]} */
   sources: [],
   panel: "problems",
   expression: "",
+  /** The language of the list of captures; empty while there is none, and once descriptions have changed. */
+  indexed: "",
   /** @type {Set<string>} Panels that show what is open. */
   filled: new Set(),
 };
@@ -40,8 +55,12 @@ const link = new Link((share, count) => {
     element("drop").hidden = true;
     list.grow(count);
   }
-});
+}, () => (element("progress").hidden = true));
 const ask = (/** @type {string} */ kind, /** @type {object} */ given) => link.ask(kind, given);
+const descriptions = new Descriptions(element("descriptions"), link, SETTINGS.effects, () => {
+  page.indexed = "";
+  again();
+});
 const axis = new Axis();
 const list = new FrameList(element("frames"), ask, (frame) => goTo(frame));
 const lanes = new LaneView(element("lanes"), axis, { time: goToTime, problem: (id) => problems.choose(id) });
@@ -67,8 +86,6 @@ async function attempt(act) {
   } catch (error) {
     await complain(error);
     return undefined;
-  } finally {
-    element("progress").hidden = true;
   }
 }
 
@@ -80,13 +97,20 @@ async function complain(error) {
   }
   if (error.kind === "Superseded") return;
   if (error.kind === "Refused") notice(error.message);
-  else if (error.kind === "Unreadable") notice(say("html.unreadable", { format: error.message }));
+  else if (error.kind === "Unreadable") notice(unreadable(error));
   else if (error.kind === "NotReadable") notice(say("html.not_read", { problem: error.message }));
   else {
     notice(say("html.trap", { problem: error.message }));
     link.restart();
     page.opened = null;
   }
+}
+
+/** Says what to do with a file that only the command line reads. @param {RequestError} error */
+function unreadable({ message: format, file }) {
+  const [key, command] = OTHERS[format] ?? ["html.unreadable", ""];
+  const quoted = /^[\w.-]+$/.test(file) ? file : `'${file.replaceAll("'", "'\\''")}'`;
+  return printable(say(key, { name: file, format: word("html_format", format), command: command.replace("FILE", quoted) }));
 }
 
 /** @param {string} text */
@@ -96,11 +120,14 @@ function notice(text) {
 
 /** @param {Source} source */
 function given(source) {
-  return described(source, { ...SETTINGS.options, lang: language.now }, SETTINGS.merge);
+  const network = descriptions.network(SETTINGS.options.network);
+  return described(source, { ...SETTINGS.options, network, lang: language.now }, SETTINGS.merge);
 }
 
 /** @param {Source} source */
 async function open(source) {
+  const mine = {};
+  page.opening = mine;
   link.restart();
   link.source = source;
   page.opened = null;
@@ -111,17 +138,23 @@ async function open(source) {
   for (const name of PANELS) element(name).replaceChildren();
   plots.clear();
   element("index").hidden = true;
+  element("back").hidden = page.sources.length < 2;
   list.reset(0);
   element("name").textContent = printable(source.name);
   document.title = `canalyze: ${printable(source.name)}`;
   await attempt(async () => {
-    page.opened = await ask("open", given(source));
-    showOpened();
+    const opened = await ask("open", given(source));
+    page.opened = opened;
+    await showOpened();
   });
+  if (page.opening !== mine) return;
+  if (!page.opened) for (const id of ["main", "lanes"]) element(id).hidden = true;
+  element("drop").hidden = Boolean(page.opened);
   document.body.dataset.state = page.opened ? "opened" : "failed";
 }
 
-function showOpened() {
+/** Shows what was read, in steps between which the page answers. */
+async function showOpened() {
   const { opened } = page;
   const diagnosis = new Diagnosis(opened.problems, opened.whole);
   for (const id of ["main", "lanes"]) element(id).hidden = false;
@@ -136,14 +169,26 @@ function showOpened() {
   list.reset(opened.count);
   const { begin, end } = opened.whole;
   axis.reset(0, begin === null || end === null ? 1 : Number(nanoseconds(end) - nanoseconds(begin)));
-  problems.show(diagnosis);
-  lanes.show(diagnosis, opened.lanes);
-  element("lanes").hidden = !lanes.rows.length;
   element("save").disabled = false;
   showTabs();
+  element("present").replaceChildren(...(opened.whole.nodes ?? []).map((/** @type {any} */ { node }) => make("option", { value: String(node) })));
+  await pause();
+  if (page.opened !== opened) return;
+  problems.show(diagnosis);
+  await pause();
+  if (page.opened !== opened) return;
+  lanes.show(diagnosis, opened.lanes, opened.lanes_left_out);
+  element("lanes").hidden = !lanes.rows.length;
   show("problems");
   element("filter").querySelector("output").textContent = say("html.frames", { count: opened.count });
+  page.still = true; // a narrow screen begins with the problems
   problems.begin(link.source?.problem ?? 0);
+  page.still = false;
+}
+
+/** @returns {Promise<void>} Fulfilled when the page has drawn and answered what waits. */
+function pause() {
+  return new Promise((done) => setTimeout(done));
 }
 
 function showTabs() {
@@ -178,7 +223,12 @@ function fill(name, act) {
   if (!act || (page.filled.has(name) && name !== "plots")) return;
   if (page.filled.has(name) && act === FILLED[name]) return;
   page.filled.add(name);
-  attempt(async () => act());
+  attempt(async () => {
+    await act();
+    return true;
+  }).then((done) => {
+    if (!done) page.filled.delete(name);
+  });
 }
 
 const FILLED = /** @type {Record<string, () => any>} */ ({
@@ -201,12 +251,17 @@ const FILLED = /** @type {Record<string, () => any>} */ ({
     }
     box.replaceChildren(table);
   },
-  transfers: () => new TablePanel(element("transfers"), "transfers", ask, { go: goTo, save: () => save("sdo") }),
+  transfers: () => new TablePanel(element("transfers"), "transfers", ask, { go: goTo, saves: [["CSV", () => save("sdo")]] }),
   findings: () => new TablePanel(element("findings"), "findings", ask, { go: goTo }),
   objects: async () => {
     element("objects").replaceChildren(make("p", {}, say("html.reading")));
     await ask("table", { table: "od" });
-    new TablePanel(element("objects"), "od", ask, { go: goTo, save: () => save("objects") });
+    const { carriers } = descriptions.settled();
+    const described = carriers.filter(([, , place]) => ["eds", "dcf"].includes(descriptions.all[place].about.form));
+    const dcfs = described.map(([, node, place]) => /** @type {[string, () => void]} */ ([
+      `DCF ${say("html.node", { node })}`, () => saveDcf(node, place),
+    ]));
+    new TablePanel(element("objects"), "od", ask, { go: goTo, saves: [["CSV", () => save("objects")], ...dcfs] });
   },
   plots: () => plots.open(),
 });
@@ -220,6 +275,7 @@ function mark(one) {
 /** Chooses a frame: the list, the axis and the explanation follow. @param {number} frame */
 async function goTo(frame) {
   list.chosen = frame;
+  if (!page.still && matchMedia("(max-width: 760px)").matches) element("right").scrollIntoView();
   explain(frame);
   list.reveal(await ask("place", { frame }));
 }
@@ -270,11 +326,14 @@ async function filter(expression) {
     goTo(Number(number[1]));
     return;
   }
+  const mine = {};
+  page.filtering = mine;
   output.className = "";
   output.textContent = say("html.reading");
   try {
     const count = await ask("filter", { expression });
     page.expression = expression;
+    sayWhatIsSaved();
     list.reset(count);
     output.textContent = say("html.frames", { count });
     remember(expression);
@@ -284,8 +343,9 @@ async function filter(expression) {
       output.className = "wrong";
       output.textContent = error.message;
     } else await complain(error);
-  } finally {
-    element("progress").hidden = true;
+    if (page.filtering !== mine || !(error instanceof RequestError) || error.kind !== "Superseded") return;
+    input.value = page.expression; // given up: what is shown stays
+    output.textContent = say("html.frames", { count: list.length });
   }
 }
 
@@ -297,20 +357,58 @@ function remember(expression) {
   while (history.childElementCount > 20) history.lastElementChild.remove();
 }
 
+/** Says how much is saved: a text that is searched for is no filter of a session. */
+function sayWhatIsSaved() {
+  const { expression } = page;
+  const key = !expression ? "html.save" : expression.includes("=") ? "html.save_filtered" : "html.save_all";
+  element("save").firstElementChild.textContent = say(key);
+}
+
 /** @param {string} name */
 function save(name) {
   const [, end, options] = SAVED.find((one) => one[0] === name) ?? SAVED[0];
   const expression = page.expression.includes("=") ? { filter: page.expression } : {};
   attempt(async () => {
     const bytes = await ask("save", { options: { ...options, ...expression } });
-    const address = URL.createObjectURL(new Blob([bytes], { type: "application/octet-stream" }));
-    make("a", { href: address, download: `${link.source?.name ?? "capture"}${end}` }).click();
-    setTimeout(() => URL.revokeObjectURL(address), 60000);
+    download(bytes, `${link.source?.name ?? "capture"}${end}`);
   });
+}
+
+/** Saves the configuration of a node. @param {number} node @param {number} number Of its description. */
+function saveDcf(node, number) {
+  attempt(async () => {
+    const name = `node${node}.dcf`;
+    const keys = [["FileName", name], ["LastEDS", descriptions.all[number].name]];
+    const { error, text, count, left_out: missing } = await ask("dcf", { number, node, keys });
+    if (error) {
+      notice(say(error[0], error[1]));
+      return;
+    }
+    download(text, name);
+    const said = [say("od.written", { name, node, count: count - missing.length })];
+    const objects = missing.map((/** @type {number[]} */ [index, sub]) => `${hex(index, 4)}h:${hex(sub, 2)}`).join(", ");
+    if (objects) said.push(say("od.left_out", { name, objects }));
+    notice(said.join("\n"));
+  });
+}
+
+/** @param {number} value @param {number} digits */
+function hex(value, digits) {
+  return value.toString(16).toUpperCase().padStart(digits, "0");
+}
+
+/** @param {any} content @param {string} name */
+function download(content, name) {
+  const address = URL.createObjectURL(new Blob([content], { type: "application/octet-stream" }));
+  make("a", { href: address, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(address), 60000);
 }
 
 /** @param {Source[]} sources */
 async function openAll(sources) {
+  page.expression = "";
+  element("filter").querySelector("input").value = "";
+  sayWhatIsSaved();
   page.sources = sources.length > 1 ? await grouped(sources) : sources;
   if (page.sources.length === 1) await open(page.sources[0]);
   else if (page.sources.length) await showIndex();
@@ -329,18 +427,37 @@ async function grouped(sources) {
     spans.push({ source, begin: time(span?.first), end: time(span?.last), buses: span?.buses ?? [] });
   }
   link.source = null;
-  element("progress").hidden = true;
   return recordingsOf(spans);
+}
+
+/** Shows the list of captures as it was last made, or makes it. */
+function back() {
+  if (page.indexed !== language.now) return showIndex();
+  bareIndex();
+  return undefined;
+}
+
+/** Shows the list of captures, and nothing of a capture. */
+function bareIndex() {
+  for (const id of ["main", "lanes", "drop", "back"]) element(id).hidden = true;
+  for (const id of ["verdict", "extent", "name", "notice"]) element(id).textContent = "";
+  element("index").hidden = false;
+  element("save").disabled = true;
+  document.title = "canalyze";
+  page.opened = null;
+  page.opening = {};
+  link.restart();
+  link.source = null;
+  document.body.dataset.state = "index";
 }
 
 /** Diagnoses each of several captures and lists them, the worst first. */
 async function showIndex() {
   const box = element("index");
-  for (const id of ["main", "lanes", "drop"]) element(id).hidden = true;
-  box.hidden = false;
+  bareIndex();
+  document.body.dataset.state = "";
+  page.indexed = "";
   box.replaceChildren();
-  for (const id of ["verdict", "extent", "name"]) element(id).textContent = "";
-  link.restart();
   /** @type {{source: Source, diagnosis: Diagnosis | null, problem: string}[]} */
   const found = [];
   const rank = (/** @type {Diagnosis | null} */ one) => (one ? [...STATES.slice(0, 2), "unjudged", "ended"].indexOf(one.worst) : 9);
@@ -352,13 +469,15 @@ async function showIndex() {
     } catch (error) {
       const kind = error instanceof RequestError ? error.kind : "";
       if (kind === "Superseded") return;
-      found.push({ source, diagnosis: null, problem: kind === "Unreadable" ? say("html.unreadable", { format: /** @type {any} */ (error).message }) : String(error) });
+      found.push({ source, diagnosis: null, problem: kind === "Unreadable" ? unreadable(/** @type {any} */ (error)) : String(error) });
       if (kind === "trap") link.restart();
     }
-    found.sort((one, other) => rank(one.diagnosis) - rank(other.diagnosis));
+    const count = (/** @type {Diagnosis | null} */ one) => one?.roots.filter(({ status }) => status !== "harmless").length ?? 0;
+    found.sort((one, other) => rank(one.diagnosis) - rank(other.diagnosis) || count(other.diagnosis) - count(one.diagnosis));
     box.replaceChildren(make("table", {}, ...found.map((one) => indexRow(one))));
   }
-  element("progress").hidden = true;
+  link.source = null;
+  page.indexed = language.now;
   document.body.dataset.state = "index";
 }
 
@@ -378,16 +497,42 @@ function indexRow({ source, diagnosis, problem }) {
 async function speak(lang) {
   language.now = lang;
   sayAll();
-  const save = element("save");
   const forms = SAVED.map(([name]) => make("option", { value: name }, word("html_save", name)));
-  save.replaceChildren(make("option", { value: "" }, say("html.save")), ...forms);
+  element("save").replaceChildren(make("option", { value: "" }), ...forms);
+  sayWhatIsSaved();
+  element("time").textContent = word("html_time", list.time);
+  descriptions.draw();
+  await again();
+}
+
+/** Reads again what is open, in another language or with other descriptions. */
+async function again() {
   if (!element("index").hidden) await showIndex();
   else if (link.source) {
     const { chosen } = list;
+    const { panel } = page;
     await open(link.source);
+    if (!page.opened) return;
+    show(panel);
     if (page.expression) await filter(page.expression);
-    if (chosen && page.opened) await goTo(chosen);
+    page.still = true;
+    if (chosen) goTo(chosen);
+    page.still = false;
   }
+}
+
+/** Takes files that were dropped or chosen: captures are opened, with the descriptions among them. @param {File[]} files */
+async function take(files) {
+  const taken = await attempt(async () => {
+    const { others, isNews } = await descriptions.take(files);
+    if (others.length) await openAll(others.map(sourceOf));
+    else if (isNews) {
+      page.indexed = "";
+      await again();
+    }
+    return true;
+  });
+  if (!taken) document.body.dataset.state = "failed";
 }
 
 /** @param {KeyboardEvent} event */
@@ -421,20 +566,21 @@ async function moveBy(by) {
 
 function begin() {
   element("file").addEventListener("change", (/** @type {any} */ event) => {
-    const sources = [...event.target.files].map(sourceOf);
+    const files = [...event.target.files];
     event.target.value = ""; // the same file may be opened again
-    openAll(sources);
+    take(files);
   });
   element("language").addEventListener("click", () => speak(language.now === "zh" ? "en" : "zh"));
+  element("back").addEventListener("click", () => back());
   element("keys").addEventListener("click", () => element("help").showModal());
   element("cancel").addEventListener("click", () => {
-    link.restart();
-    element("progress").hidden = true;
+    if (page.opened) ask("cancel", {});
+    else link.restart();
   });
-  element("time").textContent = "Δ t";
   element("time").addEventListener("click", () => {
     const forms = ["since", "date", "delta"];
     list.time = forms[(forms.indexOf(list.time) + 1) % forms.length];
+    element("time").textContent = word("html_time", list.time);
     list.draw();
   });
   element("theme").addEventListener("click", () => {
@@ -458,8 +604,7 @@ function begin() {
     });
   }
   document.addEventListener("drop", (event) => {
-    const files = [...(event.dataTransfer?.files ?? [])];
-    if (files.length) openAll(files.map(sourceOf));
+    take([...(event.dataTransfer?.files ?? [])]);
   });
   addEventListener("beforeprint", () => {
     problems.fillAll();

@@ -3,6 +3,8 @@
 const PLOT = 130;
 const LINES = ["#3d85d6", "#e8772e", "#3fa34d", "#d6453d", "#8e5bd0", "#1fa6b8", "#d65a9d", "#9a9a2e"];
 
+/** @typedef {{name: string, bus: string, node: number | null, pdo: string, signal: string, unit: string, count: number}} Signal */
+
 class PlotPanel {
   /** @param {any} box @param {Axis} axis @param {(kind: string, given: object) => Promise<any>} ask @param {(t: number) => void} goTo */
   constructor(box, axis, ask, goTo) {
@@ -10,7 +12,7 @@ class PlotPanel {
     this.axis = axis;
     this.ask = ask;
     this.goTo = goTo;
-    /** @type {{name: string, unit: string, count: number}[] | null} */
+    /** @type {Signal[] | null} */
     this.signals = null;
     /** @type {string[]} */
     this.chosen = [];
@@ -49,14 +51,21 @@ class PlotPanel {
     await this.plot();
   }
 
+  /** A signal for people, with its bus where there are several. @param {Signal} one */
+  titleOf({ bus, node, pdo, signal }) {
+    const buses = new Set((this.signals ?? []).map((one) => one.bus)).size > 1 ? [bus] : [];
+    return printable([...buses, node === null ? "" : say("html.node", { node }), pdo, signal].filter(Boolean).join(" "));
+  }
+
   /** @param {string} wanted */
   fill(wanted) {
     const lower = wanted.toLowerCase();
-    const found = (this.signals ?? []).filter(({ name }) => name.toLowerCase().includes(lower));
+    const found = (this.signals ?? []).filter((one) => [one.name, this.titleOf(one)].some((text) => text.toLowerCase().includes(lower)));
     this.list.replaceChildren(
-      ...found.slice(0, 300).map(({ name, unit, count }) => {
+      ...found.slice(0, 300).map((one) => {
+        const { name, unit, count } = one;
         const box = make("input", { type: "checkbox", checked: this.chosen.includes(name), onchange: () => this.toggle(name) });
-        return make("label", {}, box, ` ${printable(name)}`, make("span", { className: "quiet" }, ` ${printable(unit)} ${count}`));
+        return make("label", {}, box, ` ${this.titleOf(one)}`, make("span", { className: "quiet" }, ` ${printable(unit)} ${count}`));
       }),
     );
     if (!found.length) this.list.append(make("p", { className: "quiet" }, say("html.no_signals")));
@@ -73,7 +82,7 @@ class PlotPanel {
     await this.ask("values", { names: this.chosen });
     this.canvases = this.chosen.map(() => make("canvas", { tabIndex: 0 }));
     this.area.replaceChildren(...this.canvases);
-    for (const canvas of this.canvases) handle(canvas, this.axis, 60, (t) => this.goTo(t));
+    for (const canvas of this.canvases) handle(canvas, this.axis, () => 60, (t) => this.goTo(t));
     this.draw();
   }
 
@@ -106,15 +115,15 @@ class PlotPanel {
       if (most[column] > high) high = most[column];
     }
     if (!Number.isNaN(before)) [low, high] = [Math.min(low, before), Math.max(high, before)];
-    const unit = this.signals?.find((signal) => signal.name === name)?.unit ?? "";
+    const signal = this.signals?.find((one) => one.name === name);
     pen.fillStyle = colour("--text");
-    pen.fillText(`${printable(name)} ${printable(unit)}`, 64, 8, width - 64);
+    if (signal) pen.fillText(`${this.titleOf(signal)} ${printable(signal.unit)}`, 64, 8, width - 64);
     if (!(low <= high)) return;
+    const marks = [...new Set([low, high])];
     if (low === high) [low, high] = [low - 1, high + 1];
     const y = (/** @type {number} */ value) => PLOT - 6 - ((value - low) / (high - low)) * (PLOT - 26);
     pen.fillStyle = colour("--quiet");
-    pen.fillText(short(high), 2, y(high), 56);
-    pen.fillText(short(low), 2, y(low), 56);
+    for (const mark of marks) pen.fillText(short(mark), 2, y(mark), 56);
     pen.strokeStyle = LINES[at % LINES.length];
     pen.beginPath();
     let last = before;

@@ -32,6 +32,13 @@ function word(table, value) {
   return WORDS[language.now][`${table}.${value}`] ?? value;
 }
 
+/** Returns the words for the values of a table, by value. @param {string} table @returns {Record<string, string>} */
+function wordsOf(table) {
+  const start = `${table}.`;
+  const found = Object.entries(WORDS[language.now]).filter(([key]) => key.startsWith(start));
+  return Object.fromEntries(found.map(([key, said]) => [key.slice(start.length), said]));
+}
+
 /** Puts the words of the language into the page. */
 function sayAll() {
   document.documentElement.lang = language.now;

@@ -2,11 +2,15 @@
 
 /** Rows that are drawn at once. */
 const DRAWN = 100;
+/** Columns whose values have words. */
+const WORDED = ["direction", "status", "severity"];
+/** Columns of sentences, which may take several lines. */
+const WIDE = ["name", "text", "message", "abort_text"];
 
 class TablePanel {
   /**
    * @param {any} box @param {string} table @param {(kind: string, given: object) => Promise<any>} ask
-   * @param {{go: (frame: number) => void, save?: () => void}} act
+   * @param {{go: (frame: number) => void, saves?: [string, () => void][]}} act `saves` are buttons that write a file.
    */
   constructor(box, table, ask, act) {
     this.table = table;
@@ -15,6 +19,8 @@ class TablePanel {
     /** @type {string | null} */
     this.sorted = null;
     this.down = false;
+    /** @type {string[]} */
+    this.columns = [];
     this.drawn = 0;
     this.number = 0;
     this.search = make("input", { type: "search", placeholder: say("html.search"), oninput: () => this.draw() });
@@ -22,8 +28,9 @@ class TablePanel {
     this.head = make("tr");
     this.body = make("tbody");
     this.more = make("button", { type: "button", hidden: true, onclick: () => this.further() }, say("html.more"));
+    const saves = (act.saves ?? []).flatMap(([said, onclick]) => [make("button", { type: "button", onclick }, said), " "]);
     box.replaceChildren(
-      make("p", {}, this.search, " ", this.count, " ", act.save && make("button", { type: "button", onclick: act.save }, "CSV")),
+      make("p", {}, this.search, " ", this.count, " ", ...saves),
       make("table", {}, make("thead", {}, this.head), this.body),
       this.more,
     );
@@ -42,13 +49,15 @@ class TablePanel {
     this.number += 1;
     const { number, table, sorted: sort, down } = this;
     const search = this.search.value.trim();
-    const found = await this.ask("listed", { table, search, sort, down, from, count: DRAWN });
+    const words = Object.fromEntries(WORDED.map((column) => [column, wordsOf(column)]));
+    const found = await this.ask("listed", { table, search, sort, down, from, count: DRAWN, words });
     return number === this.number ? found : null; // an answer to an earlier question
   }
 
   async draw() {
     const found = await this.rows(0);
     if (!found) return;
+    this.columns = found.columns;
     this.head.replaceChildren(
       ...found.columns.map((/** @type {string} */ name) => make("th", { onclick: () => this.sort(name) }, word("html_column", name))),
     );
@@ -72,7 +81,8 @@ class TablePanel {
 
   /** @param {{cells: string[], frame: number | null, severity: string}} row */
   line({ cells, frame, severity }) {
-    const line = make("tr", {}, ...cells.map((cell) => make("td", {}, printable(cell))));
+    const className = (/** @type {number} */ place) => (WIDE.includes(this.columns[place]) ? "wide" : "");
+    const line = make("tr", {}, ...cells.map((cell, place) => make("td", { className: className(place) }, printable(cell))));
     if (severity) line.classList.add(severity);
     if (frame === null) return line;
     line.classList.add("pick");

@@ -12,8 +12,14 @@ const FORMATS = ["candump", "asc", "blf", "mcap", "pcap", "pcapng", "rows", "trc
 /** A later request has made this one needless. */
 class Superseded extends Error {}
 
-/** The file is of a format that the page cannot read. */
-class Unreadable extends Error {}
+/** A file is of a format that the page cannot read: the message. */
+class Unreadable extends Error {
+  /** @param {string} format @param {string} file */
+  constructor(format, file) {
+    super(format);
+    this.file = file;
+  }
+}
 
 /**
  * @typedef {AsyncGenerator<Uint8Array<ArrayBuffer>>} Pieces
@@ -59,7 +65,7 @@ class Capture {
       } else if (FORMATS.includes(form)) {
         this.format = form;
       } else {
-        throw new Unreadable(form);
+        throw new Unreadable(form, this.name);
       }
     }
   }
@@ -200,15 +206,4 @@ async function* transcoded(pieces, encoding) {
   for await (const piece of pieces) yield encoder.encode(decoder.decode(piece, { stream: true }));
   const rest = encoder.encode(decoder.decode());
   if (rest.length) yield rest;
-}
-
-/** @param {Uint8Array[]} pieces */
-function joined(pieces) {
-  const all = new Uint8Array(pieces.reduce((length, piece) => length + piece.length, 0));
-  let at = 0;
-  for (const piece of pieces) {
-    all.set(piece, at);
-    at += piece.length;
-  }
-  return all;
 }

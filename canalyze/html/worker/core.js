@@ -18,10 +18,9 @@ class Core {
     this.encoder = new TextEncoder();
   }
 
-  /** @param {Uint8Array<ArrayBuffer>} bytes */
-  static async of(bytes) {
-    const { instance } = await WebAssembly.instantiate(bytes, {});
-    return new Core(instance.exports);
+  /** @param {WebAssembly.Module} module */
+  static async of(module) {
+    return new Core((await WebAssembly.instantiate(module, {})).exports);
   }
 
   /** @param {Uint8Array} bytes */
@@ -35,9 +34,14 @@ class Core {
     this.put(this.encoder.encode(JSON.stringify(value)));
   }
 
+  /** @param {number} address @param {number} length @returns {Uint8Array<ArrayBuffer>} A copy of bytes of its memory. */
+  copied(address, length) {
+    return new Uint8Array(this.exports.memory.buffer, address, length).slice();
+  }
+
   /** @param {number} length @returns {Uint8Array<ArrayBuffer>} A copy of the last output. */
   taken(length) {
-    return new Uint8Array(this.exports.memory.buffer, this.exports.output(), length).slice();
+    return this.copied(this.exports.output(), length);
   }
 
   /** @param {number} length */
@@ -64,6 +68,46 @@ class Core {
   /** True if all that was unpacked is sound and ends where it has to. @param {number} number */
   isSound(number) {
     return Boolean(this.exports.sound(number));
+  }
+
+  /** Packs bytes that are kept. @param {Uint8Array} bytes @returns {Uint8Array<ArrayBuffer>} */
+  packed(bytes) {
+    this.put(bytes);
+    return this.taken(this.exports.packed());
+  }
+
+  /** Restores bytes that were packed. @param {Uint8Array} packed @param {number} length @returns {Uint8Array<ArrayBuffer>} */
+  restored(packed, length) {
+    this.put(packed);
+    return this.taken(this.exports.restored(length));
+  }
+
+  /** True if a file that begins so is a device description. @param {Uint8Array} head */
+  describes(head) {
+    this.put(head);
+    return Boolean(this.exports.describes());
+  }
+
+  /** Reads a device description, which gets the next number. @param {string} name @param {Uint8Array} content @returns {any} */
+  describe(name, content) {
+    const named = this.encoder.encode(name);
+    this.put(joined([named, content]));
+    return JSON.parse(this.text(this.exports.describe(named.length)));
+  }
+
+  /**
+   * Makes a DCF of a description.
+   * @param {{number: number, node: number, values: [number, number, number[]][], keys: [string, string][]}} given @returns {any}
+   */
+  configured(given) {
+    this.putJson(given);
+    return JSON.parse(this.text(this.exports.configured()));
+  }
+
+  /** Reads node-IDs such as `1-4,7`. @param {string} spelled @returns {number[] | null} */
+  spelledNodes(spelled) {
+    this.put(this.encoder.encode(spelled));
+    return JSON.parse(this.text(this.exports.spelled_nodes()));
   }
 
   /** Begins a session. @param {object} options By the names of canalyze/running/options.py. */
@@ -144,4 +188,15 @@ class Core {
     const buffer = this.exports.memory.buffer;
     return Object.fromEntries(batch.columns.map((one) => [one.name, new Column(buffer, one)]));
   }
+}
+
+/** @param {Uint8Array[]} pieces */
+function joined(pieces) {
+  const all = new Uint8Array(pieces.reduce((length, piece) => length + piece.length, 0));
+  let at = 0;
+  for (const piece of pieces) {
+    all.set(piece, at);
+    at += piece.length;
+  }
+  return all;
 }

@@ -1,13 +1,26 @@
-// The frames of a capture with their meaning, kept as bytes: a hundred for each frame at most.
+// The frames of a capture with their meaning: numbers in arrays, lines packed in blocks.
 
 /** Frames that are kept: more would not fit into the memory of a page. */
-const MOST_FRAMES = 4000000;
+const MOST_FRAMES = 10000000;
+/** Rows of a block of lines: as many as are restored in some milliseconds. */
+const BLOCK_ROWS = 4096;
+/** Blocks that stay restored. */
+const MOST_BLOCKS = 4;
+
+/**
+ * Rows that have come at once. A block has the lines of BLOCK_ROWS rows.
+ * @typedef {{rows: number, t: BigInt64Array, valid: Uint8Array | null, bus: Int32Array, buses: string[], node: Uint8Array,
+ *   severity: Uint8Array, ends: Int32Array, blocks: Uint8Array<ArrayBuffer>[]}} FramePart
+ */
 
 class Frames {
-  constructor() {
-    /** @type {{rows: number, t: BigInt64Array, valid: Uint8Array | null, bus: Int32Array, buses: string[],
-     *   node: Uint8Array, severity: Uint8Array, ends: Int32Array, text: Uint8Array<ArrayBuffer>}[]} */
+  /** @param {Core} core */
+  constructor(core) {
+    this.core = core;
+    /** @type {FramePart[]} */
     this.parts = [];
+    /** @type {Map<Uint8Array, Uint8Array<ArrayBuffer>>} Blocks that are restored, the latest last. */
+    this.restored = new Map();
     /** @type {number[]} */
     this.starts = [];
     this.count = 0;
@@ -32,7 +45,10 @@ class Frames {
     this.starts.push(this.count);
     this.count += rows;
     const valid = t.valid && Uint8Array.from({ length: rows }, (_, row) => Number(!t.isNull(row)));
-    this.parts.push({
+    const ends = line.ends.slice(0, rows + 1);
+    const address = line.bytes.byteOffset;
+    /** @type {FramePart} */
+    const part = {
       rows,
       valid,
       t: t.numbers.slice(0, rows),
@@ -40,12 +56,38 @@ class Frames {
       buses: bus.words,
       node: Uint8Array.from({ length: rows }, (_, row) => (node.isNull(row) ? NO_NODE : node.numbers[row])),
       severity: marks,
-      ends: line.ends.slice(0, rows + 1),
-      text: line.bytes.slice(),
-    });
+      ends,
+      blocks: [],
+    };
+    this.parts.push(part);
+    // From here on the core's memory may grow, and the columns are gone.
+    for (let row = 0; row < rows; row += BLOCK_ROWS) {
+      const [from, to] = blockOf(part, row);
+      part.blocks.push(this.core.packed(this.core.copied(address + from, to - from)));
+    }
   }
 
-  /** @param {number} index @returns {[any, number]} The part of a row and its place in it. */
+  /** Returns the lines of the block that a row is in. @param {FramePart} part @param {number} row */
+  text(part, row) {
+    const packed = part.blocks[Math.floor(row / BLOCK_ROWS)];
+    const [from, to] = blockOf(part, row);
+    const text = this.restored.get(packed) ?? this.core.restored(packed, to - from);
+    this.restored.delete(packed);
+    this.restored.set(packed, text);
+    for (const oldest of this.restored.keys()) {
+      if (this.restored.size <= MOST_BLOCKS) break;
+      this.restored.delete(oldest);
+    }
+    return text;
+  }
+
+  /** @param {FramePart} part @param {number} row @returns {string} */
+  line(part, row) {
+    const [from] = blockOf(part, row);
+    return DECODER.decode(this.text(part, row).subarray(part.ends[row] - from, part.ends[row + 1] - from));
+  }
+
+  /** @param {number} index @returns {[FramePart, number]} The part of a row and its place in it. */
   find(index) {
     let [low, high] = [0, this.starts.length - 1];
     while (low < high) {
@@ -71,7 +113,7 @@ class Frames {
       t: this.time(frame - 1),
       bus: part.buses[part.bus[row]] ?? "",
       node: node === NO_NODE ? null : node,
-      line: DECODER.decode(part.text.subarray(part.ends[row], part.ends[row + 1])),
+      line: this.line(part, row),
     };
   }
 
@@ -87,7 +129,7 @@ class Frames {
       delta: t === null || before === null ? null : t - before,
       bus: part.buses[part.bus[row]] ?? "",
       severity: LEVELS[part.severity[row] - 1] ?? "",
-      line: DECODER.decode(part.text.subarray(part.ends[row], part.ends[row + 1])),
+      line: this.line(part, row),
     };
   }
 
@@ -139,18 +181,29 @@ class Frames {
     for (let number = 0; number < this.parts.length; number += 1) {
       await new Promise((done) => setTimeout(done));
       if (!wanted()) throw new Superseded();
-      const { rows, ends, text: lines } = this.parts[number];
-      const all = bytes.decode(lines).toLowerCase();
-      let row = 0;
-      for (let at = all.indexOf(lower); at >= 0 && row < rows; at = all.indexOf(lower, at + 1)) {
-        while (row < rows && ends[row + 1] <= at) row += 1;
-        if (row >= rows || at + lower.length > ends[row + 1]) continue;
-        found.push(this.starts[number] + row);
-        at = ends[row + 1] - 1;
+      const part = this.parts[number];
+      for (let first = 0; first < part.rows; first += BLOCK_ROWS) {
+        const [from, to] = blockOf(part, first);
+        const packed = part.blocks[first / BLOCK_ROWS];
+        const all = bytes.decode(this.core.restored(packed, to - from)).toLowerCase();
+        const last = Math.min(first + BLOCK_ROWS, part.rows);
+        let row = first;
+        for (let at = all.indexOf(lower); at >= 0 && row < last; at = all.indexOf(lower, at + 1)) {
+          while (row < last && part.ends[row + 1] - from <= at) row += 1;
+          if (row >= last || at + lower.length > part.ends[row + 1] - from) continue;
+          found.push(this.starts[number] + row);
+          at = part.ends[row + 1] - from - 1;
+        }
       }
     }
     return Uint32Array.from(found);
   }
+}
+
+/** Returns where the lines of the block of a row begin and end. @param {FramePart} part @param {number} row */
+function blockOf({ rows, ends }, row) {
+  const first = row - (row % BLOCK_ROWS);
+  return [ends[first], ends[Math.min(first + BLOCK_ROWS, rows)]];
 }
 
 const NO_NODE = 255;

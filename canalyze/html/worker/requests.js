@@ -12,12 +12,14 @@ class Requests {
   constructor(core, post) {
     this.core = core;
     this.post = post;
-    this.frames = new Frames();
+    this.frames = new Frames(core);
     /** @type {Recording | null} */
     this.recording = null;
     this.options = {};
     /** The last request of each kind: an earlier one that still runs is given up. */
     this.last = new Map();
+    /** How often what runs was given up. */
+    this.cancelled = 0;
     /** @type {((bytes: Uint8Array<ArrayBuffer>) => void) | null} */
     this.waiting = null;
     /** @type {Map<string, {t: Float64Array, v: Float64Array}>} */
@@ -49,6 +51,11 @@ class Requests {
     return () => this.last.get(kind) === number;
   }
 
+  /** Gives up what runs; what is open stays. */
+  cancel() {
+    this.cancelled += 1;
+  }
+
   get opened() {
     if (!this.recording) throw new Superseded();
     return this.recording;
@@ -56,7 +63,7 @@ class Requests {
 
   /** @param {{parts: Part[], merge: boolean, options: object}} asked */
   async open({ parts, merge, options }) {
-    this.frames = new Frames();
+    this.frames = new Frames(this.core);
     this.series = new Map();
     this.options = options;
     this.recording = null;
@@ -83,6 +90,7 @@ class Requests {
       whole,
       counts: Object.fromEntries([...this.tables].map(([table, { count }]) => [table, count])),
       lanes: lanes.list(this.frames.begin),
+      lanes_left_out: lanes.others.size,
       complaints: this.core.complaints(),
       count: this.frames.count,
       begin: this.frames.hasTime ? String(this.frames.begin) : null,
@@ -98,7 +106,9 @@ class Requests {
       shown = now;
       this.post({ progress: { share, count: this.frames.count } });
     };
-    await this.opened.pass({ ...this.options, ...options }, { progress, ...sinks });
+    const { cancelled } = this;
+    const wanted = () => this.cancelled === cancelled && (sinks.wanted?.() ?? true);
+    await this.opened.pass({ ...this.options, ...options }, { progress, ...sinks, wanted });
   }
 
   /** Diagnoses without keeping frames, for an index. @param {{parts: Part[], merge: boolean, options: object}} asked */
@@ -120,6 +130,21 @@ class Requests {
     await recording.pass({ ...options, format: "info" }, { write: (bytes) => written.push(bytes) });
     const [record] = lines(written);
     return { first: record?.first_t, last: record?.last_t, buses: record?.buses.map((/** @type {any} */ one) => one.bus) };
+  }
+
+  /** Returns true for a file that is a device description. @param {{head: ArrayBuffer}} asked */
+  describes({ head }) {
+    return this.core.describes(new Uint8Array(head));
+  }
+
+  /** Reads a device description. @param {{name: string, bytes: ArrayBuffer}} asked */
+  describe({ name, bytes }) {
+    return this.core.describe(name, new Uint8Array(bytes));
+  }
+
+  /** @param {{spelled: string}} asked */
+  nodes({ spelled }) {
+    return this.core.spelledNodes(spelled);
   }
 
   /** @param {{from: number, count: number}} asked */
@@ -189,7 +214,10 @@ class Requests {
     this.tables.set(table, rows);
   }
 
-  /** @param {{table: string, search: string, sort: string | null, down: boolean, from: number, count: number}} asked */
+  /**
+   * @param {{table: string, search: string, sort: string | null, down: boolean, from: number, count: number,
+   *   words: Record<string, Record<string, string>>}} asked
+   */
   listed(asked) {
     return (this.tables.get(asked.table) ?? new Rows(asked.table)).listed(asked, this.frames.begin);
   }
@@ -207,7 +235,7 @@ class Requests {
 
   /** Returns the names of signals with their unit and number of values. */
   async signals() {
-    /** @type {Map<string, {name: string, unit: string, count: number}>} */
+    /** @type {Map<string, {name: string, bus: string, node: number | null, pdo: string, signal: string, unit: string, count: number}>} */
     const found = new Map();
     await this.pass({ format: "columns", tables: ["signals"] }, {
       take: (_, rows, { bus, node, pdo, signal, unit, value }) => {
@@ -216,7 +244,10 @@ class Requests {
           const name = signalName(bus, node, pdo, signal, row);
           const one = found.get(name);
           if (one) one.count += 1;
-          else if (found.size < MOST_SIGNALS) found.set(name, { name, unit: unit.value(row) ?? "", count: 1 });
+          else if (found.size < MOST_SIGNALS) {
+            const [of, number, from, what] = [bus, node, pdo, signal].map((column) => column.value(row));
+            found.set(name, { name, bus: of ?? "", node: number, pdo: from ?? "", signal: what ?? "", unit: unit.value(row) ?? "", count: 1 });
+          }
         }
       },
     });
@@ -270,6 +301,28 @@ class Requests {
     });
   }
 
+  /**
+   * Makes a DCF of what was written to a node and accepted, as canalyze/reports/od_files.py does.
+   * @param {{number: number, node: number, keys: [string, string][]}} asked
+   */
+  async dcf({ number, node, keys }) {
+    /** @type {Uint8Array[]} */
+    const written = [];
+    await this.pass({ format: "objects" }, { write: (bytes) => written.push(bytes) });
+    const records = lines(written).filter((one) => one.node === node);
+    const buses = records.filter(({ kind }) => kind === "od_node").map(({ bus }) => bus);
+    if (buses.length > 1) return { error: ["od.buses", { node, buses: buses.join(", ") }] };
+    if (!buses.length) return { error: ["od.no_node", { node }] };
+    const accepted = records.filter(({ kind, configured }) => kind === "od_object" && configured);
+    if (!accepted.length) return { error: ["od.dcf_none", { node }] };
+    /** @type {[number, number, number[]][]} */
+    const values = accepted.map(({ index, sub, configured: { data, size } }) => {
+      const bytes = data.match(/../g)?.map((/** @type {string} */ one) => parseInt(one, 16)) ?? [];
+      return [parseInt(index, 16), sub, bytes.length === size ? bytes : []];
+    });
+    return { count: values.length, ...this.core.configured({ number, node, values, keys }) };
+  }
+
   /** Returns a file of another form. @param {{options: object}} asked */
   async save({ options }) {
     /** @type {Uint8Array[]} */
@@ -288,6 +341,8 @@ class Lanes {
   constructor() {
     /** @type {Map<string, {t: bigint[], state: number[], words: Map<string, number>}>} */
     this.found = new Map();
+    /** @type {Set<string>} Names of those that are not kept. */
+    this.others = new Set();
   }
 
   /** @param {number} rows @param {Record<string, Column>} columns */
@@ -296,7 +351,11 @@ class Lanes {
       const name = lane.value(row);
       let one = this.found.get(name);
       if (!one) {
-        if (this.found.size >= MOST_LANES || name.startsWith("pdo/")) continue;
+        if (name.startsWith("pdo/")) continue;
+        if (this.found.size >= MOST_LANES) {
+          this.others.add(name);
+          continue;
+        }
         this.found.set(name, (one = { t: [], state: [], words: new Map() }));
       }
       if (one.t.length >= MOST_CHANGES || t.isNull(row)) continue;

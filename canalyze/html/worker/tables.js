@@ -38,11 +38,13 @@ class Rows {
 
   /**
    * Returns rows that have a text, in the order of a column.
-   * @param {{search: string, sort: string | null, down: boolean, from: number, count: number}} asked @param {bigint} begin
+   * @param {{search: string, sort: string | null, down: boolean, from: number, count: number, words: Record<string, Record<string, string>>}} asked
+   * `words` are those for values, by column.
+   * @param {bigint} begin
    */
-  listed({ search, sort, down, from, count }, begin) {
+  listed({ search, sort, down, from, count, words }, begin) {
     const shown = this.columns.slice(0, SHOWN[this.table]);
-    const cells = (/** @type {any[]} */ row) => shown.map((name, place) => textOf(name, row[place], begin));
+    const cells = (/** @type {any[]} */ row) => shown.map((name, place) => words[name]?.[row[place]] ?? textOf(name, row[place], begin));
     const wanted = search.toLowerCase();
     let { rows } = this;
     if (wanted) rows = rows.filter((row) => cells(row).some((cell) => cell.toLowerCase().includes(wanted)));

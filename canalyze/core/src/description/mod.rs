@@ -258,6 +258,18 @@ pub enum Unusable {
     },
 }
 
+impl Unusable {
+    /// Returns the key of its sentence and the facts in it.
+    pub fn sentence(self) -> (&'static str, Vec<(&'static str, DefectFact)>) {
+        match self {
+            Self::Empty => ("source.empty", Vec::new()),
+            Self::Nothing => ("eds.nothing", Vec::new()),
+            Self::Doctype => ("eds.doctype", Vec::new()),
+            Self::Xml { line, problem } => ("eds.xml", vec![("line", line.into()), ("problem", problem.into())]),
+        }
+    }
+}
+
 /// The defects so far.
 #[derive(Default)]
 struct Defects {

@@ -20,20 +20,23 @@ create_exception!(canalyze._core, DescriptionError, PyException);
 type Any<'py> = PyResult<Bound<'py, PyAny>>;
 
 fn raised(py: Python<'_>, unusable: Unusable) -> PyErr {
+    let (key, filled) = unusable.sentence();
+    match facts(py, &filled) {
+        Ok(facts) => DescriptionError::new_err((key, facts.unbind())),
+        Err(error) => error,
+    }
+}
+
+fn facts<'py>(py: Python<'py>, of: &[(&'static str, DefectFact)]) -> PyResult<Bound<'py, PyDict>> {
     let facts = PyDict::new(py);
-    let key = match unusable {
-        Unusable::Empty => "source.empty",
-        Unusable::Nothing => "eds.nothing",
-        Unusable::Doctype => "eds.doctype",
-        Unusable::Xml { line, problem } => {
-            let filled = facts.set_item("line", line).and_then(|()| facts.set_item("problem", problem));
-            if let Err(error) = filled {
-                return error;
-            }
-            "eds.xml"
+    for (name, fact) in of {
+        match fact {
+            DefectFact::Whole(value) => facts.set_item(name, whole(py, *value)?)?,
+            DefectFact::Real(value) => facts.set_item(name, value)?,
+            DefectFact::Text(text) => facts.set_item(name, text)?,
         }
-    };
-    DescriptionError::new_err((key, facts.unbind()))
+    }
+    Ok(facts)
 }
 
 /// Converts a value; an offset to the node-ID becomes a tuple of one.
@@ -85,15 +88,7 @@ fn object<'py>(py: Python<'py>, of: &FiledObject) -> Any<'py> {
 }
 
 fn defect<'py>(py: Python<'py>, of: &Defect) -> Any<'py> {
-    let facts = PyDict::new(py);
-    for (name, fact) in &of.facts {
-        match fact {
-            DefectFact::Whole(value) => facts.set_item(name, whole(py, *value)?)?,
-            DefectFact::Real(value) => facts.set_item(name, value)?,
-            DefectFact::Text(text) => facts.set_item(name, text)?,
-        }
-    }
-    (of.line, of.code, facts).into_bound_py_any(py)
+    (of.line, of.code, facts(py, &of.facts)?).into_bound_py_any(py)
 }
 
 /// Converts a description to its parts, in the order of `_core.pyi`.

@@ -23,6 +23,8 @@ use canalyze_core::world::dictionary::{Dictionary, Form, Object, ObjectRow};
 use canalyze_core::world::network::{Cob, Description, GivenProfile, GivenValue, Network, Sdo};
 use serde::Deserialize;
 
+use super::descriptions::Descriptions;
+
 /// Returns the choice of this name, or an error with all names.
 pub fn choose<T: Copy>(option: &str, name: &str, choices: &[(&str, T)]) -> Result<T, String> {
     choices.iter().find(|(word, _)| *word == name).map(|(_, choice)| *choice).ok_or_else(|| {
@@ -80,7 +82,7 @@ struct GivenDictionary {
 #[serde(default, deny_unknown_fields)]
 struct GivenNetwork {
     descriptions: Vec<(GivenBus, u8, usize)>,
-    /// The descriptions that nodes have, by their places.
+    /// The descriptions that nodes have, by their places; behind them are those that the page was given.
     dictionaries: Vec<GivenDictionary>,
     cobs: Vec<(GivenBus, u32, bool, u8, String, u16)>,
     values: Vec<(GivenBus, u8, u16, u8, u64)>,
@@ -94,13 +96,14 @@ struct GivenNetwork {
 
 impl GivenNetwork {
     /// Returns the facts for the core.
-    fn known(self) -> Result<Network, String> {
+    fn known(self, described: &Descriptions) -> Result<Network, String> {
         let table = |given: GivenDictionary| {
             let form = choose("form", &given.form, Form::NAMES)?;
             let objects = given.rows.into_iter().map(Object::from_row).collect::<Result<_, _>>()?;
             Ok(Arc::new(Dictionary::new(given.file, form, given.device, objects)))
         };
-        let tables = self.dictionaries.into_iter().map(table).collect::<Result<Vec<_>, String>>()?;
+        let mut tables = self.dictionaries.into_iter().map(table).collect::<Result<Vec<_>, String>>()?;
+        tables.extend(described.tables());
         let describe = |(bus, node, place): (GivenBus, u8, usize)| {
             let dictionary = Arc::clone(tables.get(place).ok_or_else(|| format!("descriptions: {place}"))?);
             Ok(Description { bus, node, dictionary })
@@ -196,7 +199,7 @@ impl GivenOptions {
     }
 
     /// Returns the options of the core, or an error in words.
-    pub fn options(self) -> Result<Options, String> {
+    pub fn options(self, described: &Descriptions) -> Result<Options, String> {
         let lang = choose("lang", &self.lang, Lang::NAMES)?;
         let outputs = self.outputs()?;
         let maybe = |name: &Option<String>| name.clone().unwrap_or_default();
@@ -228,7 +231,7 @@ impl GivenOptions {
             extract: false,
         };
         let stamps = choose("stamps", &self.stamps, Stamps::NAMES)?;
-        let network = self.network.known()?;
+        let network = self.network.known(described)?;
         Ok(Options {
             lang,
             reading: readers::Settings { stamps, regular: false, mcap },

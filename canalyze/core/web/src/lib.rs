@@ -3,30 +3,40 @@
 //! A page writes bytes into the buffer that [`input`] returns, calls a function, and reads as many bytes as it returned
 //! from [`output`]. No pointer of JavaScript is read here: the only `unsafe` are the names of exported functions. There
 //! is one session and one thread. Options are JSON with the names of `canalyze/running/options.py` (see [`given`]),
-//! columns are described by [`layout`].
+//! columns are described by [`layout`], device descriptions are kept by [`descriptions`].
 
+pub mod descriptions;
 pub mod given;
 pub mod layout;
 
 use std::cell::RefCell;
 
 use canalyze_core::bytes::readers::{Damage, FilePlace, InputFormat, sniff};
+use canalyze_core::description::is_description;
 use canalyze_core::session::Session;
+use canalyze_core::settings;
 use canalyze_core::tables::columns::Batch;
 use canalyze_core::tables::jsonl::DAMAGES;
 use serde_json::json;
+use zstd::bulk::{Compressor, Decompressor};
 use zstd::stream::raw::{Decoder, InBuffer, Operation, OutBuffer};
 
+use self::descriptions::Descriptions;
 use self::given::{GivenDamage, GivenFile, GivenOptions, choose};
 
 /// Bytes that are unpacked at once.
 const PIECE: usize = 128 << 10;
+/// Level at which bytes are packed that the page keeps: the fastest one that packs lines of text to a fifth.
+const LEVEL: i32 = 1;
 
 #[derive(Default)]
 struct State {
     input: Vec<u8>,
     output: Vec<u8>,
     session: Option<Session>,
+    descriptions: Descriptions,
+    packer: Option<Compressor<'static>>,
+    unpacker: Option<Decompressor<'static>>,
     /// The decoders of packed files, with the number of bytes that the present frame lacks; `None` behind damage.
     unpackers: Vec<Option<(Decoder<'static>, usize)>>,
     /// The batches that were described last, whose columns the page reads in place.
@@ -81,11 +91,11 @@ pub extern "C" fn output() -> *const u8 {
 #[unsafe(no_mangle)]
 pub extern "C" fn open() -> usize {
     with(|state| {
-        let State { input, output, session, batches, unpackers } = state;
+        let State { input, output, session, descriptions, batches, unpackers, .. } = state;
         batches.clear();
         unpackers.clear();
         *session = None;
-        let options = GivenOptions::read(input).and_then(GivenOptions::options);
+        let options = GivenOptions::read(input).and_then(|given| given.options(descriptions));
         report(output, options.map(|options| *session = Some(Session::new(options))))
     })
 }
@@ -145,6 +155,70 @@ pub extern "C" fn unpacked(number: usize) -> usize {
 #[unsafe(no_mangle)]
 pub extern "C" fn sound(number: usize) -> bool {
     with(|state| matches!(state.unpackers.get(number), Some(Some((_, 0)))))
+}
+
+/// Packs the input, so that the page can keep it. Returns the length.
+#[unsafe(no_mangle)]
+pub extern "C" fn packed() -> usize {
+    with(|state| {
+        let State { input, output, packer, .. } = state;
+        if packer.is_none() {
+            *packer = Compressor::new(LEVEL).ok();
+        }
+        *output = packer.as_mut().and_then(|packer| packer.compress(input).ok()).unwrap_or_default();
+        output.len()
+    })
+}
+
+/// Restores `len` bytes that [`packed`] has packed. Returns the length.
+#[unsafe(no_mangle)]
+pub extern "C" fn restored(len: usize) -> usize {
+    with(|state| {
+        let State { input, output, unpacker, .. } = state;
+        if unpacker.is_none() {
+            *unpacker = Decompressor::new().ok();
+        }
+        *output = unpacker.as_mut().and_then(|unpacker| unpacker.decompress(input, len).ok()).unwrap_or_default();
+        output.len()
+    })
+}
+
+/// Returns true if a file that begins like the input is a device description and no capture.
+#[unsafe(no_mangle)]
+pub extern "C" fn describes() -> bool {
+    with(|state| is_description(&state.input))
+}
+
+/// Reads a device description; the first `name` bytes of the input are its name, the others its content. Returns the
+/// length of JSON, as [`Descriptions::add`] describes it. Descriptions are numbered from 0 and stay until [`close`].
+#[unsafe(no_mangle)]
+pub extern "C" fn describe(name: usize) -> usize {
+    with(|state| {
+        let State { input, output, descriptions, .. } = state;
+        let (name, content) = input.split_at_checked(name).unwrap_or_default();
+        *output = descriptions.add(content, String::from_utf8_lossy(name).into_owned()).to_string().into_bytes();
+        output.len()
+    })
+}
+
+/// Makes a DCF as the input says. Returns the length of JSON, as [`Descriptions::configured`] describes it.
+#[unsafe(no_mangle)]
+pub extern "C" fn configured() -> usize {
+    with(|state| {
+        let State { input, output, descriptions, .. } = state;
+        *output = descriptions.configured(input).to_string().into_bytes();
+        output.len()
+    })
+}
+
+/// Returns the node-IDs that the input spells, as a JSON list; `null` if it cannot be read.
+#[unsafe(no_mangle)]
+pub extern "C" fn spelled_nodes() -> usize {
+    with(|state| {
+        let spelled = String::from_utf8_lossy(&state.input);
+        state.output = json!(settings::nodes(&spelled)).to_string().into_bytes();
+        state.output.len()
+    })
 }
 
 /// Begins the file that the input describes. Returns the length of an error; 0 without one.
