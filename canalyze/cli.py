@@ -20,7 +20,7 @@ import click
 
 from canalyze import __version__
 from canalyze.configuration.config import Config, settle, spoken
-from canalyze.configuration.options import common_options
+from canalyze.configuration.options import COMMON, built, option
 from canalyze.errors import CanalyzeError, ConfigError, CoreError, ReaderGone
 from canalyze.output import Output, complain, shows_chinese
 from canalyze.output.help import located, page, screen, usage_line
@@ -55,15 +55,7 @@ class Group(click.Group):
 
     def __init__(self, words: Words) -> None:
         """Build the group in one language."""
-        version = click.Option(
-            ["--version"],
-            is_flag=True,
-            is_eager=True,
-            expose_value=False,
-            callback=_show_version,
-            help=words("opt.version"),
-        )
-        super().__init__("canalyze", params=[*common_options(words), version], add_help_option=False)
+        super().__init__("canalyze", params=built((*COMMON, _VERSION), "canalyze", words), add_help_option=False)
         self._words = words
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -104,6 +96,11 @@ def _show_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
     if wanted and not ctx.resilient_parsing:
         Output().text(f"canalyze {__version__}\n")
         ctx.exit()
+
+
+_VERSION: Final = option(
+    "--version", key="opt.version", topic="general", is_eager=True, expose_value=False, callback=_show_version
+)
 
 
 def build(lang: str) -> click.Group:

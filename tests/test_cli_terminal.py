@@ -13,10 +13,10 @@ import pytest
 from conftest import NOTES, command, environment
 
 from canalyze import output
-from canalyze.commands.sdo import COLUMNS
-from canalyze.commands.sdo import columns as sdo_columns
 from canalyze.output import Output
 from canalyze.output.layout import width
+from canalyze.reports.sdo_text import COLUMNS
+from canalyze.reports.sdo_text import columns as sdo_columns
 from canalyze.reports.table import Row, Table
 from canalyze.words import Words
 

@@ -90,9 +90,9 @@ def transcript(command_lines: Sequence[tuple[str, str]], folder: Path, *, whole:
             lines = outline(lines) if line.endswith("--help") else first(lines)
         lines += [f"! {one}" for one in done.stderr.decode("utf-8", "replace").splitlines()]
         for path in sorted(path for path in (folder / "out").rglob("*") if path.is_file()):
-            opaque = not whole or path.suffix in (".rrd", ".html", ".gz")
+            opaque = not whole or path.suffix in (".rrd", ".html", ".gz", ".xml")
             shown = path.relative_to(folder)
-            if opaque and "fleet" in line:
+            if "_manifest" in shown.parts or (opaque and "fleet" in line):
                 continue
             lines.append(f"> {shown}" if opaque else f"> {shown} {crc32(path.read_bytes()):08x}")
         shutil.rmtree(folder / "out")

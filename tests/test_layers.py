@@ -14,6 +14,7 @@ from captures import TESTS
 PACKAGE = TESTS.parent / "canalyze"
 SAID = {"errors", "words"}
 READ = {*SAID, "_core", "sources.compression", "sources"}
+PASS = {*READ, "configuration.options", "output", "running.passes", "running.run"}
 MAY_USE: dict[str, set[str]] = {
     "words": {"_core"},
     "configuration": set(),
@@ -83,6 +84,12 @@ MAY_USE: dict[str, set[str]] = {
         "output",
         "running.run",
     },
+    "running.passes": {*PASS, "output.help"},
+    "running.again": {*PASS, "html", "reports", "values"},
+    "running.diagnosing": {*PASS, "output.jsonl", "problem", "reports"},
+    "running.objects": PASS,
+    "running.listing": {*PASS, "reports", "running.listening", "running.viewing"},
+    "running.drawing": {*PASS, "running.viewing", "timeline"},
     "running.chosen": {*READ, "configuration.options", "output", "reports", "running.run"},
     "running.run": {*READ, "configuration.options", "output", "running.reading"},
     "configuration.options": {
@@ -108,6 +115,7 @@ MAY_USE: dict[str, set[str]] = {
     "check.baseline": {*SAID, "configuration.bounded", "finding", "problem", "output.jsonl"},
     "check.globs": set(),
     "check.policy": {"check.baseline", "check.globs", "check.verdict", "finding", "problem"},
+    "check.known": {*SAID, "check", "output"},
     "check": {
         *READ,
         "check",
@@ -171,6 +179,15 @@ MAY_USE: dict[str, set[str]] = {
     "exporting": {*SAID, "_core", "library", "output", "output.writing"},
     "agents": {*SAID, "library", "output", "output.jsonl", "configuration.network", "sources.names"},
     "monitor": {*READ, "output.layout", "output", "running.reading"},
+    "monitor.opening": {
+        *READ,
+        "configuration.options",
+        "monitor",
+        "output",
+        "running.listening",
+        "running.reading",
+        "sinks.target",
+    },
     "pytest_plugin": {*SAID, "finding", "problem", "library", "output", "output.writing"},
 }
 """A part, or a file of one, and what it may use; its own folder always but where a file of it has a row.

@@ -118,6 +118,21 @@ def carriers(filed: Known, given: Known, read: "dict[str, Dictionary]") -> dict[
     return chosen
 
 
+def carried(filed: Known, given: Known, read: "dict[str, Dictionary]", bus: str | None, node: int) -> str | None:
+    """Returns the file that describes a node; None without one, or where no description was read."""
+    found = carriers(filed, given, read) if read else {}
+    return found.get((bus, node), found.get((None, node)))
+
+
+def described(name: str, node: int | None, words: Words) -> "Dictionary":
+    """Returns a description that is compared, and reports what is odd about it."""
+    from canalyze.dictionary import load
+
+    found = load(name, node)
+    say_defects(found, words)
+    return found
+
+
 def _among(chosen: frozenset[Carrier], bus: str | None, node: int) -> bool:
     return (None, node) in chosen or (bus, node) in chosen
 

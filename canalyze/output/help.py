@@ -7,14 +7,15 @@ click's own pages are English and measure text in characters; these speak the la
 import os
 import stat
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, Final
 
 import click
 
 from canalyze.configuration.config import Config
-from canalyze.configuration.options import PROBLEM, SHORT, CoreUsageError, common_options
+from canalyze.configuration.options import COMMON, PROBLEM, SHORT, CoreUsageError, HelpOption, Parameter, built
 from canalyze.output import complain, terminal_encoding
 from canalyze.output.layout import definitions, width, wrap
 from canalyze.words import Words
@@ -26,48 +27,22 @@ _TERM: Final = 24
 """Columns of an option, at most, beside which its explanation stands."""
 _USUAL: Final = 5
 """Options that stand first."""
-_FIRST: Final = (
-    *(
-        "-n",
-        "--diff",
-        "--all",
-        "--html",
-        "--record",
-        "--extract",
-        "--to",
-        "--fail-on",
-        "--baseline",
-        "--junit",
-        "--explain",
-    ),
-    *("--history", "--at", "--speed", "--eds", "--filter", "--select", "--tolerance", "--bitrate", "-t", "--output"),
-    *("--save", "--format", "--merge", "--force"),
+_TOPICS: Final = (
+    *("usual", "own", "chosen", "time", "network", "input"),
+    *("bus", "recording", "timeline", "output", "general"),
 )
-"""The usual ones, of whichever command: it shows the first of these that it has."""
-_TOPICS: Final = {
-    "own": (),
-    "chosen": ("--filter", "--around", "--frame", "--since", "--node", "--grep", "--problem", "--bus", "--select"),
-    "time": ("-t", "--stamps", "--sync-period", "--sync-window", "--jitter"),
-    "network": ("--eds", "--eds-from-traffic", "--cob", "--pdo", "--profile", "--sdo", "--bitrate"),
-    "input": ("--input-format", "--merge", "--threads", "--topic", "--time-source", "--mcap-map"),
-    "bus": ("--interface", "--data-bitrate", "--fd", "--option", "--reconnect", "--hardware-stamps"),
-    "recording": ("--record", "--rotate", "--keep"),
-    "timeline": ("--rerun", "--save", "--web", "--bind", "--port"),
-    "output": ("--format", "--number", "--color", "--output", "--force"),
-    "general": ("--lang", "--config", "--no-pager", "--help", "--version"),
-}
-"""All others, by what they are about; one that is in none of these is the command's own."""
+"""The headings in their order."""
 
 
 class Command(click.Command):
     """A command whose help is a page in the language of the run."""
 
-    def __init__(self, name: str, words: Words, run: Callable[..., int], params: list[click.Parameter]) -> None:
+    def __init__(self, name: str, words: Words, run: Callable[..., int], rows: Iterable[Parameter]) -> None:
         """Take the command's words by its name; `run` gives the exit code."""
         super().__init__(
             name,
             callback=run,
-            params=[*params, *common_options(words)],
+            params=built((*rows, *COMMON), name, words),
             add_help_option=False,
             short_help=words(f"{name}.short"),
         )
@@ -80,7 +55,7 @@ class Command(click.Command):
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run it."""
-        short = (PROBLEM, *(one.name for one in SHORT))
+        short = [one.name for one in (PROBLEM, *SHORT)]
         if any(ctx.params.get(name) is not None for name in short):
             from canalyze.running.chosen import choose
 
@@ -113,6 +88,14 @@ class Listing(Command):
 
         with Pager(unusable):
             return super().invoke(ctx)
+
+
+def simple_command(
+    name: str, run: Callable[..., int], *rows: Parameter, paged: bool = False
+) -> Callable[[Words], click.Command]:
+    """Return how a command is made in one language; `run` gets the words, then the parameters by their names."""
+    kind = Listing if paged else Command
+    return lambda words: kind(name, words, partial(run, words), rows)
 
 
 def _is_paged(ctx: click.Context) -> bool:
@@ -160,11 +143,10 @@ def page(
     left = max((width(name) for _, rows in sections for name, _ in rows), default=0)
     for heading, rows in sections:
         lines += ["", heading, *definitions(rows, left=left, columns=columns)]
+    shown = [one for one in command.params if isinstance(one, HelpOption) and not one.hidden]
     sections = [
         (words(f"heading.{topic}"), [_record(option, ctx) for option in options])
-        for topic, options in _grouped(
-            [one for one in command.params if isinstance(one, click.Option) and not one.hidden]
-        ).items()
+        for topic, options in _grouped(shown).items()
     ]
     left = min(max(width(name) for _, rows in sections for name, _ in rows), _TERM)
     for heading, rows in sections:
@@ -189,16 +171,15 @@ def screen(command: click.Command, words: Words, topics: Mapping[str, Sequence[s
     return "\n".join(lines)
 
 
-def _grouped(options: list[click.Option]) -> dict[str, list[click.Option]]:
-    """Give the options under the headings that help shows, in their order."""
+def _grouped(options: list[HelpOption]) -> dict[str, list[HelpOption]]:
+    """Return the options under the headings that help shows, in their order."""
     if len(options) <= _FEW:
         return {"options": options}
-    named = {option.opts[-1]: option for option in options}
-    found = {"usual": list(dict.fromkeys(named[name] for name in _FIRST if name in named))[:_USUAL]}
-    found |= {topic: [] for topic in _TOPICS}
+    usual = sorted((one for one in options if one.usual is not None), key=lambda one: one.usual or 0)[:_USUAL]
+    found: dict[str, list[HelpOption]] = {topic: [] for topic in _TOPICS} | {"usual": usual}
     for option in options:
-        if option not in found["usual"]:
-            found[next((topic for topic, names in _TOPICS.items() if option.opts[-1] in names), "own")].append(option)
+        if option not in usual:
+            found[option.topic].append(option)
     return {topic: chosen for topic, chosen in found.items() if chosen}
 
 

@@ -86,6 +86,16 @@ class Meter(Protocol):
         """Something else is about to be written."""
 
 
+class NoProgress:
+    """A meter that shows nothing: of a reading beside the one that counts."""
+
+    def step(self, size: int, frames: int) -> None:
+        """Show nothing."""
+
+    def clear(self) -> None:
+        """Show nothing."""
+
+
 class Run:
     """One capture of one or several inputs through one session."""
 

@@ -12,11 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self, TypedDict
 
-import click
-
-from canalyze.configuration.config import Config
-from canalyze.configuration.network import Known
-from canalyze.configuration.options import ANY_PATH, CaptureOptions, known_of, spelled
+from canalyze.configuration.options import ANY_PATH, CaptureOptions, configured, known_of, option, usage
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output.writing import in_place
 from canalyze.timeline.fonts import has_chinese
@@ -37,7 +33,7 @@ _STEP_S: Final = 0.1
 
 
 class ViewingOptions(TypedDict, total=False):
-    """What `viewing_options` give a command, by the names of its parameters."""
+    """What `VIEWING` gives a command, by the names of its parameters."""
 
     save: str | None
     web: bool
@@ -45,20 +41,19 @@ class ViewingOptions(TypedDict, total=False):
     port: int | None
 
 
-def viewing_options(words: Words, command: str) -> list[click.Parameter]:
-    """Give --save, in the words of the command, --web, --bind and --port."""
-    return [
-        click.Option(["--save"], type=ANY_PATH, metavar="FILE.rrd", help=words(f"{command}.save")),
-        click.Option(["--web"], is_flag=True, help=words("view.web")),
-        spelled(words, "--bind", address, "bind", "ADDRESS", "view.bind"),
-        spelled(words, "--port", port, "port", "PORT", "view.port"),
-    ]
-
-
 def port(text: str) -> int | None:
     """Read the number of a port; those that only the system may use are none."""
     number = int(text) if text.isdecimal() and len(text) < 6 else 0
     return number if 1024 <= number <= 65534 else None
+
+
+VIEWING: Final = (
+    option("--save", "FILE.rrd", topic="timeline", usual=8, type=ANY_PATH),
+    option("--web", key="view.web", topic="timeline"),
+    option("--bind", "ADDRESS", address, "bind", key="view.bind", topic="timeline"),
+    option("--port", "PORT", port, "port", key="view.port", topic="timeline"),
+)
+"""`ViewingOptions`; --save is in the words of the command."""
 
 
 def check(
@@ -76,15 +71,13 @@ def check(
     drawn: there is to be a timeline at all.
     suffixes: how the name of --save may end.
     """
-    context = click.get_current_context()
     key, other = why_not
     for name in () if shown else ("web", "bind", "port"):
         if given.get(name):
-            facts = {"one": f"--{name}", "option": f"--{name}", "other": other}
-            raise click.UsageError(words(key, **facts), context)
+            raise usage(words, key, one=f"--{name}", option=f"--{name}", other=other)
     save = given.get("save")
     if save is not None and (Path(save).suffix.lower() not in suffixes or save == "-"):
-        raise click.UsageError(words("view.suffix", name=save or '""'), context)
+        raise usage(words, "view.suffix", name=save or '""')
     if drawn:
         require()
     if shown and not given.get("web"):
@@ -95,8 +88,7 @@ def check(
 
 def configuration(given: CaptureOptions) -> list[str]:
     """Give what was said of the network, so that one can be told from another."""
-    filed = (click.get_current_context().find_object(Config) or Config()).known
-    known: Known = filed.overruled(known_of(given))
+    known = configured().known.overruled(known_of(given))
     return [str(one) for one in (*known.descriptions, *known.cobs, *known.pdos, *known.profiles, *known.sdos)]
 
 

@@ -1,0 +1,30 @@
+"""`canalyze od --against`: what a device and its description differ in."""
+
+from canalyze.configuration.descriptions import described
+from canalyze.configuration.options import inputs
+from canalyze.running.objects import FORMS, read_objects
+from canalyze.running.passes import Pass
+
+
+def run(one: Pass) -> int:
+    """Reads the device, then compares."""
+    from canalyze.dictionary.against import INFO, compared, device
+    from canalyze.reports import against_text
+
+    one.names = inputs(one.files, one.words)
+    found = described(one.against, one.node[0] if one.node else None, one.words)
+    with one.output() as out:
+        seen = read_objects(one, "objects" + FORMS[one.form])
+        code = seen.code
+        if seen.frames:
+            one.progress.clear()
+            held = compared(found, seen.records, *device(seen.records, found), unseen=one.unseen)
+            if one.form == "text":
+                against_text.show(held, found.file, out, one.words)
+            else:
+                out.write(against_text.lines(held, found.file, one.words))
+            code = max(code, int(any(difference.severity != INFO for difference in held.differences)))
+        one.end(code, seen.frames)
+    if seen.frames and not seen.some:
+        one.note("od.none", frames=seen.frames)
+    return code
