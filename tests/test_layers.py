@@ -266,6 +266,12 @@ def test_timelines_tables_and_fleets_alone_need_the_optional_part() -> None:
     assert not OPTIONAL & set(loaded)
 
 
+def test_a_command_is_short() -> None:
+    """It has its options and its pass; what it does besides is in the room of its subject."""
+    lengths = {path.name: len(path.read_text().splitlines()) for path in (PACKAGE / "commands").glob("*.py")}
+    assert len(lengths) > 20 and not {name for name, lines in lengths.items() if lines > 120}
+
+
 def test_the_rows_are_in_order() -> None:
     """What reads uses nothing that only shows, and no part stands above the commands."""
     assert not {name for name, may in MAY_USE.items() if may & {"cli", "commands", "help", "pytest_plugin"}}

@@ -5,33 +5,18 @@ none.
 """
 
 import os
-from collections.abc import Iterator
 from contextlib import suppress
-from pathlib import Path
 from typing import Final
 
 from canalyze.configuration.options import ANY_PATH, MERGE, OUTPUT, READING, argument, form, option, usage
 from canalyze.errors import ReaderGone
+from canalyze.running.again import around
 from canalyze.running.passes import Pass, pass_command
-from canalyze.running.run import NoProgress, Run
 from canalyze.sources.file import STDIN
 from canalyze.words import Words
 
-AROUND: Final = 3
-"""Frames that are shown before and behind the first difference."""
 _MOST: Final = 1000.0
 """The greatest tolerance in percent."""
-
-
-class _Enough(Exception):
-    """Ends the second pass behind the frames that are shown."""
-
-
-class _Silent(Run):
-    """A second pass: what is to be complained of was said in the first."""
-
-    def complain(self, line: str) -> None:
-        """Does nothing."""
 
 
 def run(one: Pass) -> int:
@@ -53,8 +38,13 @@ def run(one: Pass) -> int:
         if code >= 128 or not all(session.frames for session in sessions):
             out.drop()
             return code or 2
+        names = [os.fsencode(name).decode("utf-8", "backslashreplace") for name in files]
         found = Comparison(
-            *sessions, names=_names(files), lang=one.words.lang, tolerance=one.tolerance / 100, buses=list(one.bus)
+            *sessions,
+            names=(names[0], names[1]),
+            lang=one.words.lang,
+            tolerance=one.tolerance / 100,
+            buses=list(one.bus),
         )
         _there(one.bus, found.buses, one.words)
         with suppress(ReaderGone):  # who has read enough has not been told that they are alike
@@ -63,7 +53,7 @@ def run(one: Pass) -> int:
             else:
                 out.shown(found.head())
                 for side, name, frame in zip("AB", files, found.first(), strict=True):
-                    lines = _around(one, name, frame)
+                    lines = around(one, name, frame)
                     out.shown(b"".join(b"  %s %s\n" % (side.encode(), line) for line in lines))
                 out.shown(found.body())
     return code or int(found.differences > 0)
@@ -89,33 +79,6 @@ def _percent(text: str) -> float | None:
 def _buses(text: str) -> tuple[str, str] | None:
     a, equals, b = text.partition("=")
     return (a, b) if equals else None
-
-
-def _names(files: tuple[str, ...]) -> tuple[str, str]:
-    a, b = (os.fsencode(name).decode("utf-8", "backslashreplace") for name in files)
-    return a, b
-
-
-def _around(one: Pass, name: str, frame: int | None) -> Iterator[bytes]:
-    """Yields the annotated lines around a frame, that of the frame itself marked."""
-    if frame is None or name == STDIN or not Path(name).is_file():
-        return
-    first, last = max(1, frame - AROUND), frame + AROUND
-    session = one.session(format="text", filter=f"frame={first}-{last}")
-    taken: list[bytes] = []
-
-    def take(result: bytes) -> None:
-        taken.append(result)
-        if session.frames > last:
-            raise _Enough
-
-    with suppress(_Enough):
-        _Silent(session, one.words, NoProgress(), take, one.given).over((name,))
-    number = first - 1
-    for line in b"".join(taken).splitlines():
-        is_frame = not line.startswith(b"#")
-        number += is_frame
-        yield (b"> " if is_frame and number == frame else b"  ") + line
 
 
 command = pass_command(

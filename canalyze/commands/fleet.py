@@ -33,11 +33,8 @@ from canalyze.configuration.options import (
 from canalyze.running.passes import Pass, pass_command
 
 _ACTIONS: Final = ("check", "diagnose", "export", "summary")
-_OF: Final = dict.fromkeys((row.name for row in JUDGING), "check") | dict.fromkeys(
-    ("tables", "signals", "device_from"), "export"
-)
+_OF: Final = {row.name: "check" for row in JUDGING} | dict.fromkeys(("tables", "signals", "device_from"), "export")
 """Options that are of one action only."""
-_ENGINES: Final = ("dask", "ray")
 
 
 def run(one: Pass) -> int:
@@ -58,8 +55,7 @@ def run(one: Pass) -> int:
     job = job_of(one.given, held, words, settings)
     with nullcontext() if one.on else tempfile.TemporaryDirectory(prefix="canalyze-fleet-") as scratch:
         known = known_findings(held, words) if action == "check" else {}
-        output = one.given["output"]
-        work = Work(action, job, held, known, output, tables, one.device_from or "", one.force, scratch)
+        work = Work(action, job, held, known, one.given["output"], tables, one.device_from or "", one.force, scratch)
         return whole.complete(
             work, one.sources, whole.How(**{name: one.given[name] for name in whole.How._fields}), words
         )
@@ -82,7 +78,7 @@ def _shard(text: str) -> tuple[int, int] | None:
 def _engine(text: str) -> tuple[str, str | None] | None:
     """Reads ENGINE or ENGINE=ADDRESS."""
     name, equals, address = text.partition("=")
-    return (name, address or None) if name in _ENGINES and (address or not equals) else None
+    return (name, address or None) if name in ("dask", "ray") and (address or not equals) else None
 
 
 def _agree(one: Pass) -> None:

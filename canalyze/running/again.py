@@ -3,19 +3,28 @@
 import json
 import os
 import stat
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from canalyze.configuration.options import open_session
 from canalyze.errors import SourceError
 from canalyze.output import Output, Progress
 from canalyze.reports import diagnosis_read, wording
 from canalyze.running.passes import Pass
-from canalyze.running.run import Interrupt, Run
+from canalyze.running.run import Interrupt, NoProgress, Run
 from canalyze.sources.file import CHUNK, STDIN
 from canalyze.sources.names import below, expanded
 from canalyze.sources.recordings import Span, recordings
 from canalyze.values import nanoseconds
+
+AROUND: Final = 3
+"""Frames that are shown before and behind one."""
+
+
+class _Enough(Exception):
+    """Ends the second pass behind the frames that are shown."""
 
 
 def listed(files: tuple[str, ...]) -> tuple[str, ...]:
@@ -102,3 +111,26 @@ def lines_of(one: Pass, wanted: set[int]) -> dict[int, str]:
     progress = Progress(one.words, Output(), one.total)
     Run(session, one.words, progress, take, one.given, tell=lambda _: None).over(one.names)
     return found
+
+
+def around(one: Pass, name: str, frame: int | None) -> Iterator[bytes]:
+    """Yields the annotated lines around a frame, that of the frame itself marked."""
+    if frame is None or name == STDIN or not Path(name).is_file():
+        return
+    first, last = max(1, frame - AROUND), frame + AROUND
+    taken: list[bytes] = []
+
+    def take(result: bytes) -> None:
+        taken.append(result)
+        if session.frames > last:
+            raise _Enough
+
+    session = one.session(format="text", filter=f"frame={first}-{last}")
+
+    with suppress(_Enough):
+        Run(session, one.words, NoProgress(), take, one.given, tell=lambda _: None).over((name,))
+    number = first - 1
+    for line in b"".join(taken).splitlines():
+        is_frame = not line.startswith(b"#")
+        number += is_frame
+        yield (b"> " if is_frame and number == frame else b"  ") + line
