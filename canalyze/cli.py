@@ -34,6 +34,8 @@ TOPICS: Final = {
 }
 """The commands as help groups them; each stands in `commands/` under its name."""
 COMMANDS: Final = tuple(name for names in TOPICS.values() for name in names)
+PARTS: Final = {"od": ("diff", "against", "write")}
+"""Commands of two words, by the first of them, which is a command as well."""
 _MACHINE: Final = ("signals", "convert", "export")
 """Commands whose output is no text for people, unless asked."""
 
@@ -47,6 +49,10 @@ _FORMER: Final = {
     ("--table", "incidents"): ("--table", "problems"),
 }
 """Former spellings of options and their values, which are still accepted."""
+_FORMER_PARTS: Final = {"--diff": "diff", "--against": "against"} | dict.fromkeys(
+    ("--dcf", "--concise-dcf", "--skeleton", "--dbc"), "write"
+)
+"""Options of `od` that are commands now; they are still accepted."""
 _SETTLED_FIRST: Final = ("--lang", "--config")
 
 
@@ -64,11 +70,12 @@ class Group(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import and build one command."""
-        if cmd_name not in COMMANDS:
+        first, _, second = cmd_name.partition(" ")
+        if first not in COMMANDS or (second and second not in PARTS.get(first, ())):
             return None
         from importlib import import_module
 
-        command = import_module(f"canalyze.commands.{cmd_name}").command(self._words)
+        command = import_module(f"canalyze.commands.{cmd_name.replace(' ', '_')}").command(self._words)
         assert isinstance(command, click.Command)
         return command
 
@@ -76,6 +83,9 @@ class Group(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command; say which names are near if there is none."""
+        if args[1:] and args[1] in PARTS.get(args[0], ()):
+            args = [f"{args[0]} {args[1]}", *args[2:]]
+            return super().resolve_command(ctx, args)
         if args[0] in COMMANDS or ctx.resilient_parsing:
             return super().resolve_command(ctx, args)
         near = _near(args[0])
@@ -198,7 +208,7 @@ def _of_a_pipe(args: list[str]) -> bool:
 def _renamed(args: list[str]) -> list[str]:
     """Return the arguments with former spellings replaced by those of today."""
     found: list[str] = []
-    rest = list(args)
+    rest = _parted(args)
     while rest:
         option, equals, value = rest.pop(0).partition("=")
         if option == "--":
@@ -211,6 +221,24 @@ def _renamed(args: list[str]) -> list[str]:
         option = _FORMER.get((option, None), (option, None))[0]
         found.append(f"{option}{equals}{value}")
     return found
+
+
+def _parted(args: list[str]) -> list[str]:
+    """Return the arguments of `od` with an option that is a command now as that; a file behind it is an argument."""
+    if args[:1] != ["od"] or args[1:2] in [[part] for part in PARTS["od"]]:
+        return list(args)
+    end = args.index("--") if "--" in args else len(args)
+    for place in range(1, end):
+        option, equals, value = args[place].partition("=")
+        part = _FORMER_PARTS.get(option)
+        if part == "write":
+            return ["od", part, *args[1:]]
+        if part is not None:
+            behind = place + 1 if equals else place + 2
+            file = [value] if equals else args[place + 1 : behind]
+            others = [*args[1:place], *args[behind:]]
+            return ["od", part, *others, *file] if part == "diff" else ["od", part, *file, *others]
+    return list(args)
 
 
 def _near(name: str) -> list[str]:

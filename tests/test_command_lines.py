@@ -32,6 +32,9 @@ SHOWN: Final = 4
 """Lines of an output that count."""
 
 
+COMMANDS: Final = (*cli.COMMANDS, *(f"{first} {part}" for first, parts in cli.PARTS.items() for part in parts))
+
+
 def prepare(folder: Path) -> None:
     """Writes the captures and descriptions that the command lines name."""
     for name, made in examples.EXAMPLES.items():
@@ -72,8 +75,12 @@ def first(lines: list[str]) -> list[str]:
 
 def outline(lines: list[str]) -> list[str]:
     """Returns the headings of a help page and the names of its options; their words are in `canalyze/words`."""
-    named = (re.match(r"  (?:-\S.*?|[a-z]+(?=  ))(?=  |$)", line) for line in lines)
-    return [found[0] if found else line for line, found in zip(lines, named, strict=True) if found or line[:1].strip()]
+    first = next(number for number, line in enumerate(lines) if number and line[:1].strip())
+    kept = [lines[0]]
+    for line in lines[first:]:
+        named = re.match(r"  (?:-\S.*?|[a-z]+(?=  ))(?=  |$)", line)
+        kept += [named[0] if named else line] if named or line[:1].strip() else []
+    return kept
 
 
 def transcript(command_lines: Sequence[tuple[str, str]], folder: Path, *, whole: bool = False) -> str:
@@ -111,9 +118,9 @@ def test_command_lines_answer_as_before(tmp_path: Path, path: Path) -> None:
 
 def test_every_command_has_a_transcript_with_its_help() -> None:
     """In both languages; and one is of the program without a command."""
-    assert {path.stem for path in FOLDER.iterdir()} == {*cli.COMMANDS, "canalyze"}
-    for command in cli.COMMANDS:
-        lines = cases((FOLDER / f"{command}.txt").read_text("utf-8"))
+    assert {path.stem.replace("-", " ") for path in FOLDER.iterdir()} == {*COMMANDS, "canalyze"}
+    for command in COMMANDS:
+        lines = cases((FOLDER / f"{command.replace(' ', '-')}.txt").read_text("utf-8"))
         assert {("en", f"{command} --help"), ("zh", f"{command} --help")} <= set(lines)
 
 
@@ -134,7 +141,7 @@ def main() -> int:
         with tempfile.TemporaryDirectory(prefix="canalyze-") as name:
             prepare(Path(name))
             lines = cases(path.read_text("utf-8"))
-            lines += wrong_values(path.stem) if asked.write and path.stem in cli.COMMANDS else ()
+            lines += wrong_values(path.stem.replace("-", " ")) if asked.write and path.stem != "canalyze" else ()
             (target / path.name).write_text(transcript(lines, Path(name), whole=asked.write is not None), "utf-8")
     return 0
 

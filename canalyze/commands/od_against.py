@@ -1,9 +1,10 @@
-"""`canalyze od --against`: what a device and its description differ in."""
+"""`canalyze od against`: what a device and its description differ in."""
 
+from canalyze.configuration import network
 from canalyze.configuration.descriptions import described
-from canalyze.configuration.options import inputs
-from canalyze.running.objects import FORMS, read_objects
-from canalyze.running.passes import Pass
+from canalyze.configuration.options import ANY_PATH, COLOR, SHORT, argument, form, inputs, option
+from canalyze.running.objects import AT, FORMS, read_objects
+from canalyze.running.passes import Pass, capture_command
 
 
 def run(one: Pass) -> int:
@@ -12,7 +13,7 @@ def run(one: Pass) -> int:
     from canalyze.reports import against_text
 
     one.names = inputs(one.files, one.words)
-    found = described(one.against, one.node[0] if one.node else None, one.words)
+    found = described(one.description, one.node, one.words)
     with one.output() as out:
         seen = read_objects(one, "objects" + FORMS[one.form])
         code = seen.code
@@ -28,3 +29,16 @@ def run(one: Pass) -> int:
     if seen.frames and not seen.some:
         one.note("od.none", frames=seen.frames)
     return code
+
+
+command = capture_command(
+    "od against",
+    run,
+    argument("description", "DESCRIPTION", type=ANY_PATH),
+    option("--node", "N", network.node, "node", topic="chosen", usual=0),
+    option("--unseen", usual=0),
+    AT,
+    form("text", "jsonl"),
+    COLOR,
+    without=SHORT[:1],
+)

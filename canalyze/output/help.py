@@ -42,9 +42,9 @@ class Command(click.Command):
         super().__init__(
             name,
             callback=run,
-            params=built((*rows, *COMMON), name, words),
+            params=built((*rows, *COMMON), _key(name), words),
             add_help_option=False,
-            short_help=words(f"{name}.short"),
+            short_help=words(f"{_key(name)}.short"),
         )
         self._words = words
 
@@ -131,7 +131,7 @@ def page(
     """Lay out the help of a command; its words are found by its name. topics: its commands, where it is a group."""
     import shutil
 
-    name = command.name or ""
+    name = _key(command.name or "")
     columns = max(40, min(shutil.get_terminal_size().columns, 100))
     lines = [words("heading.usage") + f"{ctx.command_path} {words(f'{name}.usage')}", ""]
     for paragraph in words(f"{name}.help").splitlines():
@@ -169,6 +169,11 @@ def screen(command: click.Command, words: Words, topics: Mapping[str, Sequence[s
     rows = [(words(f"heading.{topic}"), "  ".join(names)) for topic, names in topics.items()]
     lines += [*definitions(rows, columns=columns, margin=_MARGIN), "", *_verbatim(words(f"{name}.more"))]
     return "\n".join(lines)
+
+
+def _key(name: str) -> str:
+    """Returns what the keys of a command's words begin with."""
+    return name.replace(" ", "_")
 
 
 def _grouped(options: list[HelpOption]) -> dict[str, list[HelpOption]]:

@@ -3,10 +3,12 @@
 import json
 from typing import Any, Final, NamedTuple
 
+from canalyze.configuration.options import moment, option
 from canalyze.running.passes import Pass
 
 FORMS: Final = {"text": "-text", "jsonl": "", "csv": "-csv"}
 """What --format adds to the core's name of what comes out."""
+AT: Final = option("--at", "S", moment, "moment", key="od.at", usual=0)
 _NO_OBJECT: Final = b'{"kind":"od_pdo"'
 """PDOs come behind all objects: a result that begins so has none."""
 
