@@ -138,7 +138,7 @@ def _run(args: list[str]) -> int:
             return 2
         config = settle(lang, options.get("--config"))._replace(pager="--no-pager" not in options)
         words = _words(config)
-        if not config.chosen and _reads_no_chinese(args):
+        if not config.chosen and _needs_hint(args):
             complain(words("output.hint"))
     except ConfigError as error:
         if not _completes() and not (_explains(args) and error.key != "config.lang_option"):
@@ -259,14 +259,17 @@ def _explains(args: list[str]) -> bool:
     return not {"-h", "--help", "--version"}.isdisjoint(args[: args.index("--")] if "--" in args else args)
 
 
-def _reads_no_chinese(args: list[str]) -> bool:
-    """Tell whether somebody may sit there who cannot read what comes: only then is it said how to get English."""
+def _needs_hint(args: list[str]) -> bool:
+    """Returns true if a text in Chinese comes on the terminal of a user who may not read it."""
     out, err = (stream is not None and stream.isatty() for stream in (sys.stdout, sys.stderr))
     if not out or not err or not shows_chinese() or _completes() or "--version" in args:
         return False
     spoken = (os.environ.get(name) for name in ("LC_ALL", "LC_MESSAGES", "LANG"))
     if next(filter(None, spoken), "").lower().startswith("zh"):
         return False
+    if _explains(args):
+        return True
+    args = args[: args.index("--")] if "--" in args else args
     if (_commanded(args) or [""])[0] in _MACHINE:
         return False
     forms = [after for arg, after in zip(args, [*args[1:], ""], strict=True) if arg == "--format"]
