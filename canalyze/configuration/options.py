@@ -7,6 +7,7 @@ file.
 
 import re
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypedDict, cast
 
 import click
@@ -68,13 +69,25 @@ class Spelled(click.ParamType[Any]):
 
 
 class HelpOption(click.Option):
-    """An option that knows where help shows it."""
+    """An option that knows where help shows it, and looks its words up when they are shown."""
 
-    def __init__(self, names: Sequence[str], *, topic: str, usual: int | None, **more: Any) -> None:
-        """Take its heading, and its rank among the usual options of a command; None: it is not one of them."""
+    def __init__(
+        self, names: Sequence[str], said: Callable[[], str], *, topic: str, usual: int | None, **more: Any
+    ) -> None:
+        """Takes its heading, and its rank among the usual options of a command; None: it is not one of them."""
         super().__init__(names, **more)
+        self.said = said
         self.topic = topic
         self.usual = usual
+
+    @property
+    def help(self) -> str:
+        """Its words."""
+        return self.said()
+
+    @help.setter  # noqa: A003 - as click calls it
+    def help(self, _: str | None) -> None:
+        """Ignores what click sets."""
 
 
 class Parameter(NamedTuple):
@@ -116,8 +129,8 @@ class Parameter(NamedTuple):
             more["is_flag"] = True
         long = next((name for name in self.names[::-1] if name.startswith("--")), self.names[-1]).partition("/")[0]
         key = self.key or f"{command}.{long.lstrip('-').replace('-', '_')}"
-        said = words(key) if isinstance(key, str) else key(words)
-        return HelpOption(self.names, metavar=self.metavar, help=said, topic=self.topic, usual=self.usual, **more)
+        said = partial(words, key) if isinstance(key, str) else partial(key, words)
+        return HelpOption(self.names, said, metavar=self.metavar, topic=self.topic, usual=self.usual, **more)
 
 
 def option(

@@ -44,7 +44,6 @@ class Command(click.Command):
             callback=run,
             params=built((*rows, *COMMON), _key(name), words),
             add_help_option=False,
-            short_help=words(f"{_key(name)}.short"),
         )
         self._words = words
 
@@ -69,8 +68,12 @@ class Command(click.Command):
         return super().invoke(ctx)
 
     def get_help(self, ctx: click.Context) -> str:
-        """Give the page."""
+        """Returns the page."""
         return page(self, ctx, self._words)
+
+    def get_short_help_str(self, limit: int = 0) -> str:
+        """Returns what a list of commands says of it, of any length."""
+        return self._words(f"{_key(self.name or '')}.short")
 
 
 class Listing(Command):
