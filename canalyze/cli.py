@@ -60,16 +60,16 @@ class Group(click.Group):
     """The commands, imported on demand, with help in the language of the run."""
 
     def __init__(self, words: Words) -> None:
-        """Build the group in one language."""
+        """Builds the group in one language."""
         super().__init__("canalyze", params=built((*COMMON, _VERSION), "canalyze", words), add_help_option=False)
         self._words = words
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Give the names, without importing anything."""
+        """Returns the names, without importing anything."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import and build one command."""
+        """Imports and builds one command."""
         first, _, second = cmd_name.partition(" ")
         if first not in COMMANDS or (second and second not in PARTS.get(first, ())):
             return None
@@ -82,7 +82,7 @@ class Group(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command; say which names are near if there is none."""
+        """Finds the command; a usage error names those that are spelt alike."""
         if args[1:] and args[1] in PARTS.get(args[0], ()):
             args = [f"{args[0]} {args[1]}", *args[2:]]
             return super().resolve_command(ctx, args)
@@ -93,12 +93,12 @@ class Group(click.Group):
         raise click.UsageError(self._words(key, name=args[0] or '""', near=self._words("usage.or").join(near)), ctx)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse; an error knows then where it is."""
+        """Parses the arguments; an error gets its context."""
         with located(ctx):
             return super().parse_args(ctx, args)
 
     def get_help(self, ctx: click.Context) -> str:
-        """Give the page."""
+        """Returns the page."""
         return page(self, ctx, self._words, TOPICS)
 
 
@@ -114,12 +114,12 @@ _VERSION: Final = option(
 
 
 def build(lang: str) -> click.Group:
-    """Give the whole command line in one language."""
+    """Returns the whole command line in one language."""
     return Group(Words(lang))
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command line; give the exit code."""
+    """Runs one command line; returns the exit code."""
     try:
         return _run(list(sys.argv[1:] if argv is None else argv))
     except KeyboardInterrupt:
@@ -175,7 +175,7 @@ def _completes() -> bool:
 
 
 def _commanded(args: list[str]) -> list[str]:
-    """Put the command before files that come without one, or a pipe: they are diagnosed."""
+    """Returns the arguments with `diagnose` before files that come without a command, or a pipe."""
     first = next((arg for arg in args if not arg.startswith("-") or arg == "-"), None)
     if first in COMMANDS or _completes():
         return args
@@ -191,7 +191,7 @@ def _commanded(args: list[str]) -> list[str]:
 
 
 def _of_a_pipe(args: list[str]) -> bool:
-    """Return true if a capture comes through a pipe or from a file, and nothing but options is said of it."""
+    """Returns true if a capture comes through a pipe or from a file, and nothing but options is said of it."""
     import stat
 
     if (args and not args[0].startswith("-")) or _explains(args) or not {*args}.isdisjoint(COMMANDS):
@@ -206,7 +206,7 @@ def _of_a_pipe(args: list[str]) -> bool:
 
 
 def _renamed(args: list[str]) -> list[str]:
-    """Return the arguments with former spellings replaced by those of today."""
+    """Returns the arguments with former spellings replaced by those of today."""
     found: list[str] = []
     rest = _parted(args)
     while rest:
@@ -224,7 +224,7 @@ def _renamed(args: list[str]) -> list[str]:
 
 
 def _parted(args: list[str]) -> list[str]:
-    """Return the arguments of `od` with an option that is a command now as that; a file behind it is an argument."""
+    """Returns the arguments of `od` with an option that is a command now as that; a file behind it is an argument."""
     if args[:1] != ["od"] or args[1:2] in [[part] for part in PARTS["od"]]:
         return list(args)
     end = args.index("--") if "--" in args else len(args)
@@ -242,20 +242,20 @@ def _parted(args: list[str]) -> list[str]:
 
 
 def _near(name: str) -> list[str]:
-    """Give the commands that may have been meant."""
+    """Returns the commands that may have been meant."""
     from difflib import get_close_matches
 
     return get_close_matches(name, COMMANDS)
 
 
 def _command(args: list[str]) -> str:
-    """Give what was typed up to the command, if there is one."""
+    """Returns what was typed up to the command, if there is one."""
     name = next((arg for arg in args if not arg.startswith("-")), "")
     return f"canalyze {name}" if name in COMMANDS else "canalyze"
 
 
 def _explains(args: list[str]) -> bool:
-    """Tell whether help or the version is asked for: nothing about a configuration may stand in its way."""
+    """Returns true if help or the version is asked for; an error in the configuration does not prevent it."""
     return not {"-h", "--help", "--version"}.isdisjoint(args[: args.index("--")] if "--" in args else args)
 
 
@@ -287,7 +287,7 @@ def _words(config: Config, *, notice: bool = True) -> Words:
 
 
 def _take_global(args: list[str], found: dict[str, str]) -> tuple[list[str], str]:
-    """Take --lang, --config and --no-pager out of the arguments, wherever they are before "--"; the last one counts.
+    """Removes --lang, --config and --no-pager from the arguments, wherever they are before "--"; the last one counts.
 
     Gives what is left, and the option whose value is missing, if one is.
     """

@@ -6,7 +6,7 @@ from canalyze.configuration.options import ANY_PATH, CLOCK, COLOR, PROBLEM, cloc
 from canalyze.running.passes import Pass, capture_command
 
 FORMS: Final = {"text": "transfers-text", "jsonl": "transfers", "csv": "transfers-csv"}
-"""What --format is called in the core."""
+"""The core's names of the values of --format."""
 HEADINGS: Final = {"text": 0, "jsonl": 0, "csv": 1}
 """Lines that are no transfer."""
 

@@ -6,7 +6,7 @@ from canalyze.configuration.options import PROBLEM, SELECT, TIME, filters_given,
 from canalyze.running.passes import Pass, capture_command
 
 FORMS: Final = {"csv": "signals-csv", "jsonl": "signals"}
-"""What --format is called in the core."""
+"""The core's names of the values of --format."""
 HEADINGS: Final = {"csv": 1, "jsonl": 0}
 """Lines that are no value."""
 

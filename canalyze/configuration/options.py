@@ -28,16 +28,16 @@ class OneOf(click.Choice[str]):
     """A choice whose error is in the words of the run."""
 
     def __init__(self, values: Sequence[str], words: Words) -> None:
-        """Take the values in the order in which help shows them."""
+        """Takes the values in the order in which help shows them."""
         super().__init__(list(values))
         self._words = words
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        """Give the values, as help shows them."""
+        """Returns the values, as help shows them."""
         return "|".join(self.choices)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Give the value if it is one of ours."""
+        """Returns the value if it is one of them; a usage error for another."""
         if value in self.choices:
             return str(value)
         option = param.opts[-1] if param else ""
@@ -51,13 +51,13 @@ class Spelled(click.ParamType[Any]):
     name = "text"
 
     def __init__(self, read: Callable[[str], object], form: str, words: Words) -> None:
-        """`read` gives None for what cannot be."""
+        """`read` returns None for what cannot be."""
         self._read = read
         self._form = form
         self._words = words
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Give what the text says."""
+        """Returns the value of the text."""
         found = self._read(value)
         if found is not None:
             return found
@@ -107,7 +107,7 @@ class Parameter(NamedTuple):
     usual: int | None
     """Its rank among the usual options, which help shows first; those of one rank in the order of the command."""
     more: dict[str, Any]
-    """What click is told beside."""
+    """Further arguments for click."""
 
     @property
     def name(self) -> str:
@@ -116,7 +116,7 @@ class Parameter(NamedTuple):
         return last if not last.startswith("-") else last.partition("/")[0].lstrip("-").replace("-", "_")
 
     def built(self, command: str, words: Words) -> click.Parameter:
-        """Return it in one language."""
+        """Returns it in one language."""
         choices = self.choices() if callable(self.choices) else self.choices
         more = dict(self.more)
         if choices:
@@ -145,42 +145,42 @@ def option(
     usual: int | None = None,
     **more: Any,
 ) -> Parameter:
-    """Return the row of an option, a flag without a value; names: with blanks between."""
+    """Returns the row of an option, a flag without a value; names: with blanks between."""
     return Parameter(tuple(names.split()), metavar, read, form, choices, key, topic, usual, more)
 
 
 def argument(name: str, metavar: str, *, choices: Sequence[str] = (), **more: Any) -> Parameter:
-    """Return the row of an argument."""
+    """Returns the row of an argument."""
     return Parameter((name,), metavar, None, "", choices, "", "", None, more)
 
 
 def built(rows: Iterable[Parameter], command: str, words: Words) -> list[click.Parameter]:
-    """Return the parameters of a command in one language."""
+    """Returns the parameters of a command in one language."""
     return [row.built(command, words) for row in rows]
 
 
 def usage(words: Words, key: str, **facts: object) -> click.UsageError:
-    """Return a usage error of the command that is run."""
+    """Returns a usage error of the command that is run."""
     return click.UsageError(words(key, **facts), click.get_current_context())
 
 
 def configured() -> Config:
-    """Return the configuration of the run."""
+    """Returns the configuration of the run."""
     return click.get_current_context().find_object(Config) or Config()
 
 
 def positive(text: str) -> int | None:
-    """Read a number above 0."""
+    """Reads a number above 0."""
     return int(text) or None if text.isdecimal() and len(text) < 19 else None
 
 
 def moment(text: str) -> float | None:
-    """Read a time from the start of a capture, in seconds."""
+    """Reads a time from the start of a capture, in seconds."""
     return float(text) if re.fullmatch(r"[0-9]{1,12}(?:\.[0-9]{1,12})?", text) else None
 
 
 class NetworkOptions(TypedDict, total=False):
-    """What `network_options` give a command, by the names of its parameters."""
+    """The parameters of `NETWORK`, by their names."""
 
     eds: tuple[network.Description, ...]
     cob: tuple[network.Cob, ...]
@@ -194,7 +194,7 @@ class NetworkOptions(TypedDict, total=False):
 
 
 class CaptureOptions(NetworkOptions, total=False):
-    """What `capture_options` give a command beside files, filter, stamps and output, by the names of its parameters."""
+    """The parameters of `CAPTURE` beside files, filter, stamps and output, by their names."""
 
     input_format: str | None
     merge: bool
@@ -290,7 +290,7 @@ OUTPUT: Final = (
     FORCE,
 )
 CAPTURE: Final = (FILES, *READING, option("--eds-from-traffic", key="stored.option", topic="network"), *OUTPUT)
-"""What every command that reads captures has."""
+"""Rows of every command that reads captures."""
 BITRATE: Final = option("--bitrate", "BPS", network.bit_rate, "bit_rate", key="opt.bitrate", topic="network", usual=5)
 """For a command that says how much of the bus is used."""
 TIME: Final = option("-t time", choices=("a", "z", "A", "n"), key="opt.time", topic="time", usual=6)
@@ -301,7 +301,7 @@ COLOR: Final = option("--color", choices=("auto", "always", "never"), default="a
 
 
 def form(*forms: str, key: str = "") -> Parameter:
-    """Return --format with the command's own description; the first form is the default."""
+    """Returns --format with the command's own description; the first form is the default."""
     return option("--format form", choices=forms, default=forms[0], key=key, topic="output", usual=9)
 
 
@@ -317,7 +317,7 @@ LISTING: Final = (
 
 
 def filters_given() -> list[str]:
-    """Return the options of the command line that choose what is shown."""
+    """Returns the options of the command line that choose what is shown."""
     context = click.get_current_context()
     typed = click.core.ParameterSource.COMMANDLINE
     return [
@@ -330,7 +330,7 @@ def filters_given() -> list[str]:
 
 
 def clock(time: str | None, form: str, output: str | None) -> str | None:
-    """Return the form of times: that of -t, without it the time since the start for text on a terminal."""
+    """Returns the form of times: that of -t, without it the time since the start for text on a terminal."""
     from canalyze.output import terminal_encoding
 
     shown = form == "text" and output in (None, "-") and terminal_encoding() is not None
@@ -338,7 +338,7 @@ def clock(time: str | None, form: str, output: str | None) -> str | None:
 
 
 def depth_of(form: str, words: Words, *, brief: bool, explain: bool, number: bool | None = None) -> str:
-    """Give how much a line of a listing says, as the core calls it; what does not go together is a usage error."""
+    """Returns the core's name of how much a line says; options that do not go together are a usage error."""
     if brief and explain:
         raise usage(words, "usage.exclusive", one="--brief", other="--explain")
     wanted = {"--brief": brief, "--explain": explain, "--number": number}
@@ -348,13 +348,13 @@ def depth_of(form: str, words: Words, *, brief: bool, explain: bool, number: boo
 
 
 class CoreUsageError(click.UsageError):
-    """What the core cannot accept, in its own words."""
+    """A setting that the core cannot accept, in its own words."""
 
 
 def open_session(
     words: Words, given: CaptureOptions, *, read: dict[str, Any] | None = None, **settings: Any
 ) -> "Session":
-    """Start the core with these settings and what is known of the network.
+    """Starts the core with these settings and what is known of the network.
 
     What the core cannot accept (a filter, a map) is a usage error. read: gets the descriptions, by their files.
     """
@@ -368,7 +368,7 @@ def open_session(
 
 
 def start_session(words: Words, given: CaptureOptions, **settings: Any) -> "Session":
-    """Start the core with these settings, the network among them; ValueError for what it cannot accept.
+    """Starts the core with these settings, the network among them; ValueError for what it cannot accept.
 
     A setting that is None is as it is without it.
     """
@@ -386,13 +386,13 @@ def start_session(words: Words, given: CaptureOptions, **settings: Any) -> "Sess
 
 
 def reading_of(given: Any) -> CaptureOptions:
-    """Return how captures are read, of all parameters of a command."""
+    """Returns how captures are read, of all parameters of a command."""
     read = {name: given[name] for name in CaptureOptions.__annotations__ if name in given}
     return cast("CaptureOptions", read)
 
 
 def known_of(given: CaptureOptions) -> network.Known:
-    """Give what options say of the network."""
+    """Returns the network of the options."""
     return network.Known(
         given.get("eds", ()),
         given.get("cob", ()),
@@ -407,7 +407,7 @@ def known_of(given: CaptureOptions) -> network.Known:
 
 
 def inputs(files: tuple[str, ...], words: Words) -> tuple[str, ...]:
-    """Give the inputs: those named, else standard input if it is a pipe or a file; none is a usage error."""
+    """Returns the inputs: those named, else standard input if it is a pipe or a file; none is a usage error."""
     from canalyze.running.run import piped
     from canalyze.sources.file import STDIN
 

@@ -38,7 +38,7 @@ class Command(click.Command):
     """A command whose help is a page in the language of the run."""
 
     def __init__(self, name: str, words: Words, run: Callable[..., int], rows: Iterable[Parameter]) -> None:
-        """Take the command's words by its name; `run` gives the exit code."""
+        """Takes the command's words by its name; `run` returns the exit code."""
         super().__init__(
             name,
             callback=run,
@@ -48,12 +48,12 @@ class Command(click.Command):
         self._words = words
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse; an error knows then in which command it is."""
+        """Parses the arguments; an error gets its context."""
         with located(ctx):
             return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run it."""
+        """Runs it."""
         short = [one.name for one in (PROBLEM, *SHORT)]
         if any(ctx.params.get(name) is not None for name in short):
             from canalyze.running.chosen import choose
@@ -80,7 +80,7 @@ class Listing(Command):
     """A command whose text a pager shows, where somebody sits there and it has an end."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run it."""
+        """Runs it."""
         if not _is_paged(ctx):
             return super().invoke(ctx)
 
@@ -96,13 +96,13 @@ class Listing(Command):
 def simple_command(
     name: str, run: Callable[..., int], *rows: Parameter, paged: bool = False
 ) -> Callable[[Words], click.Command]:
-    """Return how a command is made in one language; `run` gets the words, then the parameters by their names."""
+    """Returns how a command is made in one language; `run` gets the words, then the parameters by their names."""
     kind = Listing if paged else Command
     return lambda words: kind(name, words, partial(run, words), rows)
 
 
 def _is_paged(ctx: click.Context) -> bool:
-    """Return true on a terminal, unless an option says no or the input comes while it is shown."""
+    """Returns true on a terminal, unless an option says no or the input comes while it is shown."""
     config = ctx.find_object(Config) or Config()
     if not config.pager or terminal_encoding() is None or sys.stdin is None or not sys.stdin.isatty():
         return False
@@ -110,7 +110,7 @@ def _is_paged(ctx: click.Context) -> bool:
 
 
 def _is_stream(name: str) -> bool:
-    """Return true for a pipe or a device."""
+    """Returns true for a pipe or a device."""
     try:
         mode = os.stat(name).st_mode  # noqa: PTH116 - as in `sources.file`
     except (OSError, ValueError):
@@ -120,7 +120,7 @@ def _is_stream(name: str) -> bool:
 
 @contextmanager
 def located(ctx: click.Context) -> Iterator[None]:
-    """Give a usage error its context, which click's parser leaves out of some."""
+    """Adds the context to a usage error, which click's parser leaves out of some."""
     try:
         yield
     except click.UsageError as error:
@@ -131,7 +131,7 @@ def located(ctx: click.Context) -> Iterator[None]:
 def page(
     command: click.Command, ctx: click.Context, words: Words, topics: Mapping[str, Sequence[str]] | None = None
 ) -> str:
-    """Lay out the help of a command; its words are found by its name. topics: its commands, where it is a group."""
+    """Lays out the help of a command; its words are found by its name. topics: its commands, where it is a group."""
     import shutil
 
     name = _key(command.name or "")
@@ -161,7 +161,7 @@ def page(
 
 
 def screen(command: click.Command, words: Words, topics: Mapping[str, Sequence[str]]) -> str:
-    """Return what a group prints without a command: usual command lines, its commands by name, and how to get help."""
+    """Returns what a group prints without a command: usual command lines, its commands by name, and how to get help."""
     import shutil
 
     name = command.name or ""
@@ -180,7 +180,7 @@ def _key(name: str) -> str:
 
 
 def _grouped(options: list[HelpOption]) -> dict[str, list[HelpOption]]:
-    """Return the options under the headings that help shows, in their order."""
+    """Returns the options under the headings that help shows, in their order."""
     if len(options) <= _FEW:
         return {"options": options}
     usual = sorted((one for one in options if one.usual is not None), key=lambda one: one.usual or 0)[:_USUAL]
@@ -203,14 +203,14 @@ def _verbatim(text: str) -> list[str]:
 
 
 def usage_line(error: click.UsageError, words: Words) -> str:
-    """Give a usage error as one line: what is wrong, and where help is."""
+    """Returns a usage error as one line: what is wrong, and where help is."""
     command = error.ctx.command_path if error.ctx else "canalyze"
     key = "usage.core_line" if isinstance(error, CoreUsageError) else "usage.line"
     return words(key, command=command, problem=_problem(error, words))
 
 
 def _near(error: click.NoSuchOption) -> list[str]:
-    """Give the options that may have been meant: those that begin so, or are spelt nearly so without their dashes."""
+    """Returns the options that may have been meant: those that begin so, or are spelt alike without their dashes."""
     from difflib import get_close_matches
 
     typed = error.option_name.lstrip("-").lower()

@@ -22,7 +22,7 @@ class Explained:
         self._between = ""
 
     def add(self, line: str, otherwise: str) -> None:
-        """Explain one frame; what is none is answered with `otherwise`."""
+        """Explains one frame; what is none is answered with `otherwise`."""
         from canalyze._core import explain
 
         try:
@@ -37,7 +37,7 @@ class Explained:
         self._between = "\n"
 
     def lines(self, nothing: Exception | None) -> int:
-        """Explain each line of standard input when it comes; blank lines and comments are skipped, as decode does.
+        """Explains each line of standard input when it comes; blank lines and comments are skipped, as decode does.
 
         nothing: is raised without a line, if standard input was not asked for.
         """

@@ -31,18 +31,18 @@ class Transfers:
     """Transfers as rows of a table, as they come."""
 
     def __init__(self, words: Words, out: Output, *, live: bool, moments: bool, since_start: bool) -> None:
-        """Begin the table. live: rows are shown as they come. moments, since_start: as of `columns`."""
+        """Begins the table. live: rows are shown as they come. moments, since_start: as of `columns`."""
         self._words = words
         self._table = Table(columns(words, moments=moments, since_start=since_start), out, live=live)
         self.close = self._table.close
 
     def put(self, result: bytes) -> None:
-        """Add JSON lines of the core."""
+        """Adds JSON lines of the core."""
         self._table.add([row(json.loads(line), self._words) for line in result.splitlines()])
 
 
 def list_files(files: list[dict[str, Any]], out: Output, words: Words, *, as_json: bool) -> None:
-    """List the files that were taken out."""
+    """Lists the files that were taken out."""
     if as_json:
         out.write("".join(json.dumps(file) + "\n" for file in files).encode())
     elif files:
@@ -53,7 +53,7 @@ def list_files(files: list[dict[str, Any]], out: Output, words: Words, *, as_jso
 
 
 def columns(words: Words, *, moments: bool = True, since_start: bool = False) -> list[Column]:
-    """Return the columns of the table.
+    """Returns the columns of the table.
 
     moments: times are not asked for: they may become shorter, and leave. since_start: they are short already.
     """

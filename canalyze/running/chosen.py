@@ -19,7 +19,7 @@ from canalyze.words import Words
 
 
 def choose(context: click.Context, words: Words) -> None:
-    """Put the conditions of the short forms before the expression of --filter."""
+    """Adds the conditions of the short forms before the expression of --filter."""
     given = context.params
     conditions = [given.get(one.name) for one in SHORT]
     if (number := given.get(PROBLEM.name)) is not None:
@@ -29,7 +29,7 @@ def choose(context: click.Context, words: Words) -> None:
 
 
 def _near(number: int, context: click.Context, words: Words) -> str | None:
-    """Return the condition for the frames around a problem and what comes from it; None if nothing could be read."""
+    """Returns the condition for the frames around a problem and what comes from it; None if nothing could be read."""
     given: Any = context.params
     names = given["files"]
     if not names or STDIN in names:

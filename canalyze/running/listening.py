@@ -38,7 +38,7 @@ _LONGEST_S: Final = 366 * 86400.0
 
 
 class OwnOptions(TypedDict, total=False):
-    """What only `LISTENING` gives a command, by the names of its parameters."""
+    """The parameters that only `LISTENING` has, by their names."""
 
     interface: str | None
     data_bitrate: int | None
@@ -53,7 +53,7 @@ class OwnOptions(TypedDict, total=False):
 
 
 class ListeningOptions(CaptureOptions, OwnOptions, total=False):
-    """What a command that listens is given: `LISTENING`, --bitrate among them, and those about the network."""
+    """The parameters of a command that listens: `LISTENING`, --bitrate among them, and those about the network."""
 
 
 class Channel(NamedTuple):
@@ -68,7 +68,7 @@ class Channel(NamedTuple):
 
     @property
     def mask(self) -> str:
-        """What the core is told of the filters."""
+        """The filters as the core has them."""
         return f"{self.bus},{self.filters}"
 
 
@@ -79,14 +79,14 @@ class Listening(NamedTuple):
     recordings: Recordings
 
     def complete(self, words: Words) -> list[str]:
-        """End the receiving, then the files; give what is still to be told of them, a line each."""
+        """Ends the receiving, then the files; returns what is still to be reported of them, a line each."""
         self.live.close()
         self.recordings.close()
         return [*(remark.in_words(words) for remark in self.recordings.remarks()), *self.recordings.losses()]
 
 
 def set_rates(names: Sequence[str], given: ListeningOptions) -> list[int | None]:
-    """Give the bit rate of each channel, in bit/s: as was said, else as the system has it; None where nobody knows."""
+    """Returns the bit rate of each channel, in bit/s: that of --bitrate, else of the system; None if unknown."""
     if rate := given.get("bitrate"):
         return [rate] * len(names)
     own = given.get("interface") in (None, OWN)
@@ -94,7 +94,7 @@ def set_rates(names: Sequence[str], given: ListeningOptions) -> list[int | None]
 
 
 def seconds(text: str) -> float | None:
-    """Read a time above 0: 10, 10s, 500ms, 5m, 1h."""
+    """Reads a time above 0: 10, 10s, 500ms, 5m, 1h."""
     number = text.rstrip("abcdefghijklmnopqrstuvwxyz")
     unit = _UNITS.get(text[len(number) :])
     try:
@@ -105,7 +105,7 @@ def seconds(text: str) -> float | None:
 
 
 def data_rate(text: str) -> int | None:
-    """Read a bit rate of CAN FD data, up to 20M."""
+    """Reads a bit rate of CAN FD data, up to 20M."""
     amount = text.rstrip("kKM")
     factor = {"": 1, "k": 1000, "K": 1000, "M": 1_000_000}.get(text[len(amount) :])
     if factor is None or not amount.isdecimal() or len(amount) > 9:
@@ -131,7 +131,7 @@ LISTENING: Final = (
 
 
 def channels_of(texts: Sequence[str], given: ListeningOptions, words: Words, *, writes: bool = False) -> list[Channel]:
-    """Take the names of channels apart; what is wrong with them or the options of listening is a usage error.
+    """Parses the names of channels; an error in them or in the options of listening is a usage error.
 
     A channel named twice, and none, are wrong too. Nothing is opened. writes: the command writes something else that
     --force may be for.
@@ -152,7 +152,7 @@ def listening(
     *,
     duration_s: float | None = None,
 ) -> Iterator[Listening]:
-    """Open what is listened to, then the files; all of it is closed at the end, whatever came.
+    """Opens what is listened to, then the files; all of it is closed at the end, also after an error.
 
     tell: gets what is to be known before, in words. SourceError and OutputError for what cannot be opened.
     """
@@ -191,7 +191,7 @@ def _channels(texts: Sequence[str], words: Words) -> list[Channel]:
 
 
 def _refuse_others(channels: Sequence[Channel], given: ListeningOptions, words: Words) -> None:
-    """Make sure that what is given as an interface of the system may be one: a file, or a filter, is a usage error."""
+    """Raises a usage error for a file or a filter that is given as an interface of the system."""
     if given.get("interface") not in (None, OWN):
         return
     there = [name for names in netdevices.interfaces() for name in names]
@@ -205,7 +205,7 @@ def _refuse_others(channels: Sequence[Channel], given: ListeningOptions, words: 
 
 
 def _interface(given: ListeningOptions, words: Words) -> str:
-    """Give the interface that is listened to; one that does not exist is a usage error."""
+    """Returns the interface that is listened to; one that does not exist is a usage error."""
     asked = given.get("interface")
     if asked is None and sys.platform.startswith("linux"):
         asked = OWN
@@ -268,7 +268,7 @@ def _open_buses(
 
 
 def _check_recordings(given: ListeningOptions, words: Words, *, writes: bool) -> None:
-    """Make sure that what is to be recorded can be told from the names and options."""
+    """Raises a usage error for names and options of recordings that do not fit."""
     names = given.get("record", ())
     for name in names:
         if form_of(name) is None:

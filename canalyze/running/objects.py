@@ -7,14 +7,14 @@ from canalyze.configuration.options import moment, option
 from canalyze.running.passes import Pass
 
 FORMS: Final = {"text": "-text", "jsonl": "", "csv": "-csv"}
-"""What --format adds to the core's name of what comes out."""
+"""The ends of the core's names of what comes out, by the values of --format."""
 AT: Final = option("--at", "S", moment, "moment", key="od.at", usual=0)
 _NO_OBJECT: Final = b'{"kind":"od_pdo"'
 """PDOs come behind all objects: a result that begins so has none."""
 
 
 class Objects(NamedTuple):
-    """What was read of a capture."""
+    """The objects of a capture, and how its reading ended."""
 
     code: int
     frames: int

@@ -27,7 +27,7 @@ class Pass:
     """One command line: what is asked for, by the names of its parameters, and the way of its files to the output."""
 
     out: Output
-    """What is written; open while `output` is."""
+    """The output; open while `output` is."""
     progress: Progress
 
     def __init__(self, words: Words, given: Any) -> None:
@@ -36,24 +36,24 @@ class Pass:
         self.given = given
 
     def __getattr__(self, name: str) -> Any:
-        """Return the value of a parameter."""
+        """Returns the value of a parameter."""
         try:
             return self.__dict__["given"][name]
         except KeyError:
             raise AttributeError(name) from None
 
     def usage(self, key: str, **facts: object) -> click.UsageError:
-        """Return a usage error."""
+        """Returns a usage error."""
         return usage(self.words, key, **facts)
 
     def complain(self, line: str) -> None:
-        """Write a line to standard error, with the progress out of its way."""
+        """Writes a line to standard error, with the progress out of its way."""
         if "progress" in self.__dict__:
             self.progress.clear()
         complain(f"canalyze: {line}")
 
     def note(self, key: str, **facts: object) -> None:
-        """Write a sentence to standard error."""
+        """Writes a sentence to standard error."""
         self.complain(self.words(key, **facts))
 
     @cached_property
@@ -68,7 +68,7 @@ class Pass:
 
     @contextmanager
     def output(self, *, hangs: bool = False, until_output: bool = False) -> Iterator[Output]:
-        """Open what is written. hangs: lines have a hanging indent on a terminal. until_output: as of `Progress`."""
+        """Opens what is written. hangs: lines have a hanging indent on a terminal. until_output: as of `Progress`."""
         given = self.given
         total = self.total
         with open_output(given["output"], force=given["force"], color=given.get("color", "auto"), hangs=hangs) as out:
@@ -76,21 +76,21 @@ class Pass:
             yield out
 
     def session(self, words: Words | None = None, *, read: dict[str, Any] | None = None, **settings: Any) -> "Session":
-        """Start the core with what is asked for and these settings; words: in another language."""
+        """Starts the core with what is asked for and these settings; words: in another language."""
         given = self.given
         asked = {"stamps": given["stamps"], "filter": given.get("expression"), "time": given.get("time")}
         return open_session(words or self.words, given, read=read, **asked | settings)
 
     def read(self, session: "Session", take: Callable[[bytes], None], names: tuple[str, ...] = (), **how: Any) -> int:
-        """Read everything, or these inputs; return the exit code. take: gets every result. how: as of `Run`."""
+        """Reads everything, or these inputs; returns the exit code. take: gets every result. how: as of `Run`."""
         return Run(session, self.words, self.progress, take, self.given, **how).over(names or self.names)
 
     def told(self, code: int, some: object) -> None:
-        """Report what an output has whose reading a signal has ended."""
+        """Reports what an output has whose reading a signal has ended."""
         told(code, self.out, self.words, stream=self.total is None, some=bool(some))
 
     def end(self, code: int, some: object) -> int:
-        """Report the same, and leave no output without anything; return the code."""
+        """Reports the same, and leaves no output that is empty; returns the code."""
         self.told(code, some)
         if not some:
             self.out.drop()
@@ -100,12 +100,12 @@ class Pass:
 def pass_command(
     name: str, run: Callable[[Pass], int], *rows: Parameter, paged: bool = False
 ) -> Callable[[Words], click.Command]:
-    """Return how a command is made in one language whose parameters are a `Pass`."""
+    """Returns how a command is made in one language whose parameters are a `Pass`."""
     return simple_command(name, lambda words, **given: run(Pass(words, given)), *rows, paged=paged)
 
 
 def capture_command(
     name: str, run: Callable[[Pass], int], *rows: Parameter, without: tuple[Parameter, ...] = (), paged: bool = True
 ) -> Callable[[Words], click.Command]:
-    """Return the same, with the rows of all commands that read captures. without: those of them that it has not."""
+    """Returns the same, with the rows of all commands that read captures. without: those of them that it has not."""
     return pass_command(name, run, *rows, *(row for row in CAPTURE if row not in without), paged=paged)

@@ -32,7 +32,7 @@ _OF_THESE: Final = re.compile(f"_({_STORED}|{_FORMAT})h_")
 
 
 def describe(context: click.Context, words: Words) -> None:
-    """Put the descriptions that the command's files hold among its `--eds`; a line each to standard error."""
+    """Adds the descriptions in the command's files to its `--eds`; a line each to standard error."""
     names = context.params["files"]
     if not names or STDIN in names:
         raise usage(words, "stored.stdin")
@@ -64,7 +64,7 @@ def describe(context: click.Context, words: Words) -> None:
 def _held(
     names: tuple[str, ...], words: Words, context: click.Context
 ) -> tuple[dict[Carrier, tuple[bytes, str]], dict[Carrier, int]]:
-    """Give what 1021h held, the last that is whole, with its status; and 1022h, the form of it."""
+    """Returns the last whole value of 1021h with its status, and of 1022h, its form."""
     given: Any = context.params
     sdos = network(Known(), Known(sdos=given["sdo"]), None)
     session = start_session(words, given, format="columns", extract=True, network=sdos)
