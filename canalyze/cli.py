@@ -237,6 +237,8 @@ def _parted(args: list[str]) -> list[str]:
             behind = place + 1 if equals else place + 2
             file = [value] if equals else args[place + 1 : behind]
             others = [*args[1:place], *args[behind:]]
+            if not file or behind > end:
+                break
             return ["od", part, *others, *file] if part == "diff" else ["od", part, *file, *others]
     return list(args)
 

@@ -38,11 +38,11 @@ def run(one: Pass) -> int:
     known = known_findings(held, words, update=one.update_baseline)
     documents = [name for name in check_forms.DOCUMENTS if one.given[name]]
     # Reports in files have the times of the capture, whatever a terminal shows.
-    time = one.time if documents else clock(one.time, one.form, one.given["output"])
+    time = one.time if documents else clock(one.time, one.form, one.output)
     job = job_of(one.given, held, words, {"time": time})
     named = list(expanded(one.names))
     names = tuple(found.name for found in named if found.error is None)
-    with one.output(hangs=one.form == "text") as out:
+    with one.opened(hangs=one.form == "text") as out:
         with ExitStack() as stack:
             files = _opened(one, stack)
             progress = Progress(words, out, total_size(names), until_output=True)

@@ -16,12 +16,12 @@ def run(one: Pass) -> int:
     depth = depth_of(one.form, one.words, brief=one.brief, explain=one.explain, number=one.number)
     ranges = ",".join(one.around + one.frame)
     near = ranges != "" or "--problem" in filters_given()
-    with one.output(hangs=text) as out:
+    with one.opened(hangs=text) as out:
         session = one.session(
             incidents=one.incidents,
             format=one.form,
             depth=depth,
-            time=clock(one.time, one.form, one.given["output"]),
+            time=clock(one.time, one.form, one.output),
             filter=f"{one.expression or ''} frame={ranges}" if ranges else one.expression,
             numbered=text and (near or out.is_terminal) if one.number is None else one.number,
             coloured=text and out.coloured,

@@ -37,7 +37,7 @@ def run(one: Pass) -> int:
     _check(one)
     signalled = keep_stdin() if STDIN in one.names and (number is not None or html is not None) else 0
     chosen = Chosen(one.node, one.bus, one.since)
-    with one.output(hangs=one.form == "text") as out:
+    with one.opened(hangs=one.form == "text") as out:
         found = [one.names] if one.join or one.merge else recordings_of(one)
         if len(found) > 1:
             if number is not None:

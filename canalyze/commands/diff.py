@@ -28,13 +28,13 @@ def run(one: Pass) -> int:
         raise one.usage("diff.two", count=len(files))
     sessions = [one.session(format="digest") for _ in files]
     code = 0
-    with one.output() as out:
+    with one.opened() as out:
         for name, session in zip(files, sessions, strict=True):
             ended = one.read(session, lambda _: None, (name,))
             code = max(code, ended)
             if ended >= 128:
                 break
-        one.told(code, some=False)
+        one.report_end(code, some=False)
         if code >= 128 or not all(session.frames for session in sessions):
             out.drop()
             return code or 2

@@ -22,7 +22,7 @@ def run(one: Pass) -> int:
         for line in result.splitlines():
             draft.take(json.loads(line))
 
-    with one.output() as out:
+    with one.opened() as out:
         code = one.read(session, take)
         one.end(code, draft.frames)
         if draft.frames:

@@ -22,8 +22,7 @@ _PACKED: Final = frozenset(one.suffix for one in COMPRESSIONS.values())
 
 def run(one: Pass) -> int:
     """Writes the tables as they come."""
-    output = one.given["output"]
-    where = _target(output, one.tables, one.words)
+    where = _target(one.output, one.tables, one.words)
     names = one.names
     require()
     from canalyze.exporting.export import SETTINGS, About, Export
@@ -42,7 +41,7 @@ def run(one: Pass) -> int:
             made.complete()
     if code >= 128:
         key = "convert.cut" if session.frames and one.total is None else "output.dropped"
-        one.note(key, name=output, frames=session.frames)
+        one.note(key, name=one.output, frames=session.frames)
     return code
 
 

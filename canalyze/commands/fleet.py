@@ -55,7 +55,7 @@ def run(one: Pass) -> int:
     job = job_of(one.given, held, words, settings)
     with nullcontext() if one.on else tempfile.TemporaryDirectory(prefix="canalyze-fleet-") as scratch:
         known = known_findings(held, words) if action == "check" else {}
-        work = Work(action, job, held, known, one.given["output"], tables, one.device_from or "", one.force, scratch)
+        work = Work(action, job, held, known, one.output, tables, one.device_from or "", one.force, scratch)
         return whole.complete(
             work, one.sources, whole.How(**{name: one.given[name] for name in whole.How._fields}), words
         )
@@ -87,7 +87,7 @@ def _agree(one: Pass) -> None:
     typed = click.core.ParameterSource.COMMANDLINE
     if not one.sources:
         raise one.usage("usage.missing", what="SOURCE")
-    if one.given["output"] is None:
+    if one.output is None:
         raise one.usage("fleet.no_output")
     for name, of in _OF.items():
         if of != one.action and context.get_parameter_source(name) == typed:

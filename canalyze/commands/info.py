@@ -14,7 +14,7 @@ def run(one: Pass) -> int:
     from canalyze.reports.info_text import show
 
     code = shown = ended = 0
-    with one.output() as out:
+    with one.opened() as out:
         for name in one.names:
             results: list[bytes] = []
             session = open_session(one.words, one.given, format="info")

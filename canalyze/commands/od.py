@@ -14,7 +14,7 @@ def run(one: Pass) -> int:
     kind = ("history" if one.history else "objects") + FORMS[one.form]
     session = one.session(format=kind, filter=expression, **settings_of(one))
     some = False
-    with one.output() as out:
+    with one.opened() as out:
         from canalyze.reports.od_text import History, show
 
         text = one.form == "text"

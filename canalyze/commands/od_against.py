@@ -14,7 +14,7 @@ def run(one: Pass) -> int:
 
     one.names = inputs(one.files, one.words)
     found = described(one.description, one.node, one.words)
-    with one.output() as out:
+    with one.opened() as out:
         seen = read_objects(one, "objects" + FORMS[one.form])
         code = seen.code
         if seen.frames:

@@ -29,7 +29,7 @@ def run(one: Pass) -> int:
     other = one.files[-1]
     code = 0
     sides: list[Side | Dictionary] = []
-    with one.output() as out:
+    with one.opened() as out:
         one.progress = Progress(one.words, out, total_size((*one.names, other)))
         for names in (one.names, (other,)):
             if len(names) == 1 and describes(names[0]):

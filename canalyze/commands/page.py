@@ -33,8 +33,7 @@ if TYPE_CHECKING:
 
 def run(one: Pass) -> int:
     """Writes the page."""
-    output = one.given["output"]
-    if output is None:
+    if one.output is None:
         raise one.usage("page.needs_output")
     names = []
     for found in expanded(one.files):
@@ -42,8 +41,8 @@ def run(one: Pass) -> int:
             raise found.error
         names.append(found.name)
     recordings = [tuple(names)] if one.merge else [(name,) for name in names]
-    size = write(output, pieces(recordings, one.given, one.stamps, one.words), force=one.force)
-    name = wording.capture_name(output)
+    size = write(one.output, pieces(recordings, one.given, one.stamps, one.words), force=one.force)
+    name = wording.capture_name(one.output)
     Output().text(one.words("page.written", name=name, megabytes=f"{size / 1e6:.1f}") + "\n")
     return 0
 

@@ -13,11 +13,11 @@ HEADINGS: Final = {"text": 0, "jsonl": 0, "csv": 1}
 
 def run(one: Pass) -> int:
     """Lists every transfer, and takes their data out."""
-    time = clock(one.time, one.form, one.given["output"])
+    time = clock(one.time, one.form, one.output)
     session = one.session(format=FORMS[one.form], time=time, extract=one.extract is not None)
     rows = -HEADINGS[one.form]
 
-    with one.output() as out:
+    with one.opened() as out:
         table = directory = None
         if one.form == "text":
             from canalyze.reports.sdo_text import Transfers

@@ -15,7 +15,7 @@ def run(one: Pass) -> int:
     """Writes every value as it comes."""
     session = one.session(format=FORMS[one.form], select=one.select)
     lines = 0
-    with one.output() as out:
+    with one.opened() as out:
 
         def take(result: bytes) -> None:
             nonlocal lines

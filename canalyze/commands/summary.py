@@ -9,7 +9,7 @@ from canalyze.running.passes import Pass, capture_command
 def run(one: Pass) -> int:
     """Reads, then shows."""
     session = one.session(format="summary")
-    with one.output() as out:
+    with one.opened() as out:
         results: list[bytes] = []
         code = one.read(session, results.append)
         records = b"".join(results)

@@ -27,7 +27,7 @@ class Pass:
     """One command line: what is asked for, by the names of its parameters, and the way of its files to the output."""
 
     out: Output
-    """The output; open while `output` is."""
+    """The output; open while `opened` is."""
     progress: Progress
 
     def __init__(self, words: Words, given: Any) -> None:
@@ -67,7 +67,7 @@ class Pass:
         return total_size(self.names)
 
     @contextmanager
-    def output(self, *, hangs: bool = False, until_output: bool = False) -> Iterator[Output]:
+    def opened(self, *, hangs: bool = False, until_output: bool = False) -> Iterator[Output]:
         """Opens what is written. hangs: lines have a hanging indent on a terminal. until_output: as of `Progress`."""
         given = self.given
         total = self.total
@@ -85,13 +85,13 @@ class Pass:
         """Reads everything, or these inputs; returns the exit code. take: gets every result. how: as of `Run`."""
         return Run(session, self.words, self.progress, take, self.given, **how).over(names or self.names)
 
-    def told(self, code: int, some: object) -> None:
+    def report_end(self, code: int, some: object) -> None:
         """Reports what an output has whose reading a signal has ended."""
         told(code, self.out, self.words, stream=self.total is None, some=bool(some))
 
     def end(self, code: int, some: object) -> int:
         """Reports the same, and leaves no output that is empty; returns the code."""
-        self.told(code, some)
+        self.report_end(code, some)
         if not some:
             self.out.drop()
         return code
