@@ -67,12 +67,12 @@ class Pass:
         return total_size(self.names)
 
     @contextmanager
-    def opened(self, *, hangs: bool = False, until_output: bool = False) -> Iterator[Output]:
-        """Opens what is written. hangs: lines have a hanging indent on a terminal. until_output: as of `Progress`."""
+    def opened(self, *, hangs: bool = False) -> Iterator[Output]:
+        """Opens the output. hangs: lines have a hanging indent on a terminal."""
         given = self.given
         total = self.total
         with open_output(given["output"], force=given["force"], color=given.get("color", "auto"), hangs=hangs) as out:
-            self.out, self.progress = out, Progress(self.words, out, total, until_output=until_output)
+            self.out, self.progress = out, Progress(self.words, out, total)
             yield out
 
     def session(self, words: Words | None = None, *, read: dict[str, Any] | None = None, **settings: Any) -> "Session":
