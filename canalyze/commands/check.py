@@ -73,7 +73,7 @@ def run(one: Pass) -> int:
             whole = sum(1 for capture in found if capture is not None and not capture.signal)
             one.note("check.broken_off", count=len(names) - whole)
             out.drop()
-        with suppress(ReaderGone):  # who has read enough has not passed the check
+        with suppress(ReaderGone):  # a closed pipe does not mean that the check is passed
             check_forms.write(one.form, verdicts, out, words)
     if signal:
         return 128 + signal

@@ -55,7 +55,7 @@ def run(one: Pass) -> int:
         if number is not None and number not in numbers:
             key = "diagnose.no_problem" if numbers else "diagnose.no_problems"
             raise one.usage(key, number=number, numbers=wording.ranges(numbers, ", "))
-        with suppress(ReaderGone):  # `| head` has seen enough: of the page and the exit code nobody has said so
+        with suppress(ReaderGone):  # a closed pipe, as of `| head`: page and exit code are still wanted
             if one.form == "jsonl":
                 write_lines(shown, out)
             elif whole is not None:

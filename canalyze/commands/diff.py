@@ -47,7 +47,7 @@ def run(one: Pass) -> int:
             buses=list(one.bus),
         )
         _there(one.bus, found.buses, one.words)
-        with suppress(ReaderGone):  # who has read enough has not been told that they are alike
+        with suppress(ReaderGone):  # a closed pipe does not mean that they are alike
             if one.form == "jsonl":
                 out.write(found.jsonl())
             else:

@@ -35,7 +35,7 @@ def run(words: Words, *, frame: tuple[str, ...], eds: tuple[network.Description,
 
 
 def _devices(given: tuple[network.Description, ...]) -> "_core.Network | None":
-    """Reads the descriptions; one of which nobody says whose it is holds for objects and COB-IDs of any node."""
+    """Reads the descriptions; one without a node is used for objects and COB-IDs of any node."""
     if not given:
         return None
     from canalyze import _core

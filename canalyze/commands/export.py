@@ -69,7 +69,7 @@ def _target(output: str | None, tables: tuple[str, ...], words: Words) -> Target
         raise usage(words, "export.one", name=output)
     if form != FOLDER and "signals" in chosen:
         raise usage(words, "export.wide", name=output)
-    # A link that the user names stands for what it points to.
+    # A link that the user names is replaced by its target.
     path = Path(output)
     return Target(Path(os.path.realpath(path)) if path.is_symlink() else path, form, chosen)
 

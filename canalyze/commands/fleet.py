@@ -1,6 +1,6 @@
 """`canalyze fleet`: many captures, each by itself, on several processors or machines, into one place.
 
-What is done with a capture stands in `canalyze/fleet/task.py`, how it is seen to that all are done in `run.py` there.
+The work on one capture is in `canalyze/fleet/task.py`, the run over all of them in `whole.py` and `run.py` there.
 
 Exit codes: as those of `check`, and 3 where all is done but for captures that failed.
 """

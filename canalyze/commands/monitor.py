@@ -85,7 +85,7 @@ def _refuse(words: Words) -> None:
 
 
 def _speed(text: str) -> float | None:
-    """Reads a speed; 0 stands for as fast as can be."""
+    """Reads a speed; 0 is as fast as possible."""
     if text == "max":
         return 0.0
     try:

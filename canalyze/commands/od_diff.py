@@ -47,7 +47,7 @@ def run(one: Pass) -> int:
             if not any(found.alone):
                 raise one.usage("od.no_pair", a=a, b=b)
             one.note("od.no_pair", a=a, b=b)
-        with suppress(ReaderGone):  # who has read enough has not been told that they are alike
+        with suppress(ReaderGone):  # a closed pipe does not mean that they are alike
             if one.form == "jsonl":
                 out.write(od_diff.lines(found, (one.names[0], other)))
             else:

@@ -1,6 +1,6 @@
 """`canalyze view`: a capture as a timeline, in Rerun's viewer or in a file for it.
 
-What is on the timeline stands in `timeline/`, which alone needs Rerun. The capture is read to its end first and written
+The content of the timeline is in `timeline/`, which alone needs Rerun. The capture is read to its end first and written
 to a file beside; the viewer shows that file, which goes when the viewer is closed.
 """
 

@@ -154,7 +154,7 @@ def say_defects(found: "Dictionary", words: Words, say: Callable[[str], None] = 
 
     effects: Counter[str] = Counter()
     for defect in found.defects:
-        if defect.code == "more":  # stands for many that are not listed
+        if defect.code == "more":  # further ones that are not listed
             effects[EFFECTS[str(defect.facts["code"])]] += int(str(defect.facts["count"]))
         else:
             effects[defect.effect] += 1

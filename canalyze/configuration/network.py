@@ -64,7 +64,7 @@ class PdoMapping(NamedTuple):
 
 
 class NodeProfile(NamedTuple):
-    """The profile of nodes that nobody describes."""
+    """The profile of nodes without a description."""
 
     bus: str | None
     nodes: tuple[int, ...]
@@ -192,7 +192,7 @@ def bit_rate(text: str) -> int | None:
 def description(text: str) -> Description | None:
     """Reads [BUS:]NODES=FILE, or FILE alone.
 
-    What stands before the first "=" is part of the file's name only where it has a "/" and reads as no nodes.
+    The text before the first "=" is part of the file's name only where it has a "/" and reads as no nodes.
     """
     left, equals, file = text.partition("=")
     bus, carriers = _on_bus(left)
@@ -250,6 +250,6 @@ def sdo_channel(text: str) -> SdoChannel | None:
 
 
 def _on_bus(text: str) -> tuple[str | None, str]:
-    """Split off the bus, which stands before the last colon; None if there is none."""
+    """Splits off the bus, which is before the last colon; None without one."""
     bus, colon, rest = text.rpartition(":")
     return (bus if colon else None), rest

@@ -1,4 +1,4 @@
-"""The problems that are asked for: by node, bus and time; and whether one of them fails the command.
+"""The problems that are asked for: by node, bus and time; and those that fail the command.
 
 Must not: read a capture.
 """

@@ -37,7 +37,7 @@ def held(tally: Mapping[str, Any], words: Words) -> Iterator[str]:
 def seen(tally: Mapping[str, Any], seconds: float, unshown: int, recorded: bool, words: Words) -> Iterator[str]:
     """Yields what was seen, a line each: the buses, findings, SDO transfers, what was not shown."""
     comma = words("listen.comma")
-    # The core counts what it was not given as dropped, too; it is told apart below.
+    # The core counts what it was not given as dropped, too; it is reported apart below.
     unshown_here = unshown if len(tally["buses"]) == 1 else 0
     for bus in tally["buses"]:
         frames = bus["frames"]

@@ -24,7 +24,7 @@ class Objects(NamedTuple):
 
 
 def settings_of(one: Pass) -> dict[str, Any]:
-    """Returns what the core is told by --at."""
+    """Returns the settings of the core for --at."""
     return {"until_ns": None if one.at is None else round(one.at * 1e9)}
 
 
