@@ -299,6 +299,15 @@ def test_completion(canalyze: Runner) -> None:
     assert "--stamps" in done.lines
 
 
+def test_completion_of_second_words(canalyze: Runner) -> None:
+    for typed, completed in (("od a", ["plain,against", "file,a"]), ("od x.log d", ["file,d"])):
+        words = f"canalyze {typed}"
+        env = {"_CANALYZE_COMPLETE": "bash_complete", "COMP_WORDS": words, "COMP_CWORD": str(len(typed.split()))}
+        assert canalyze(env=env).lines == completed
+    env = {"_CANALYZE_COMPLETE": "bash_complete", "COMP_WORDS": "canalyze od write --sk", "COMP_CWORD": "3"}
+    assert canalyze(env=env).out == "plain,--skeleton\n"
+
+
 def test_decode_starts_light(canalyze: Runner, notes: str, tmp_path: Path) -> None:
     import subprocess
     import sys

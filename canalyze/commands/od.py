@@ -2,8 +2,10 @@
 
 import json
 
+import click
+
 from canalyze.configuration import network
-from canalyze.configuration.options import COLOR, SHORT, TIME, form, option
+from canalyze.configuration.options import COLOR, FILES, SHORT, TIME, form, option
 from canalyze.running.objects import AT, FORMS, has_object, settings_of
 from canalyze.running.passes import Pass, capture_command
 
@@ -37,14 +39,31 @@ def run(one: Pass) -> int:
     return code
 
 
+class _FileOrPart(click.Path):
+    """A file, completed by the shell also as a second word of the command."""
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list["click.shell_completion.CompletionItem"]:
+        """Returns the second words that begin so, then files."""
+        from click.shell_completion import CompletionItem
+
+        from canalyze.cli import PARTS
+
+        parts = () if ctx.params.get("files") else PARTS["od"]
+        found = [CompletionItem(part) for part in parts if part.startswith(incomplete)]
+        return [*found, *super().shell_complete(ctx, param, incomplete)]
+
+
 command = capture_command(
     "od",
     run,
+    FILES._replace(more={"nargs": -1, "type": _FileOrPart(allow_dash=True, readable=False)}),
     option("--history", usual=0),
     AT,
     option("--node", "N", network.node, "node", key="od.node_id", topic="chosen"),
     form(*FORMS),
     TIME,
     COLOR,
-    without=SHORT[:1],
+    without=(FILES, SHORT[0]),
 )
