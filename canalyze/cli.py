@@ -20,7 +20,7 @@ import click
 
 from canalyze import __version__
 from canalyze.configuration.config import Config, settle, spoken
-from canalyze.configuration.options import common_options
+from canalyze.configuration.options import COMMON, built, option
 from canalyze.errors import CanalyzeError, ConfigError, CoreError, ReaderGone
 from canalyze.output import Output, complain, shows_chinese
 from canalyze.output.help import located, page, screen, usage_line
@@ -34,6 +34,8 @@ TOPICS: Final = {
 }
 """The commands as grouped in the help; the module of each is in `commands/`."""
 COMMANDS: Final = tuple(name for names in TOPICS.values() for name in names)
+PARTS: Final = {"od": ("diff", "against", "write")}
+"""Commands of two words, by the first of them, which is a command as well."""
 _MACHINE: Final = ("signals", "convert", "export")
 """Commands whose default output is no text for people."""
 
@@ -47,6 +49,10 @@ _FORMER: Final = {
     ("--table", "incidents"): ("--table", "problems"),
 }
 """Former spellings of options and their values, which are still accepted."""
+_FORMER_PARTS: Final = {"--diff": "diff", "--against": "against"} | dict.fromkeys(
+    ("--dcf", "--concise-dcf", "--skeleton", "--dbc"), "write"
+)
+"""Options of `od` that are commands now; they are still accepted."""
 _SETTLED_FIRST: Final = ("--lang", "--config")
 
 
@@ -54,16 +60,8 @@ class Group(click.Group):
     """The commands, imported on demand, with help in the language of the run."""
 
     def __init__(self, words: Words) -> None:
-        """Creates the group in one language."""
-        version = click.Option(
-            ["--version"],
-            is_flag=True,
-            is_eager=True,
-            expose_value=False,
-            callback=_show_version,
-            help=words("opt.version"),
-        )
-        super().__init__("canalyze", params=[*common_options(words), version], add_help_option=False)
+        """Builds the group in one language."""
+        super().__init__("canalyze", params=built((*COMMON, _VERSION), "canalyze", words), add_help_option=False)
         self._words = words
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -71,19 +69,23 @@ class Group(click.Group):
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Imports and returns one command."""
-        if cmd_name not in COMMANDS:
+        """Imports and builds one command."""
+        first, _, second = cmd_name.partition(" ")
+        if first not in COMMANDS or (second and second not in PARTS.get(first, ())):
             return None
         from importlib import import_module
 
-        command = import_module(f"canalyze.commands.{cmd_name}").command(self._words)
+        command = import_module(f"canalyze.commands.{cmd_name.replace(' ', '_')}").command(self._words)
         assert isinstance(command, click.Command)
         return command
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Returns the command; the error for an unknown one contains similar names."""
+        """Finds the command; a usage error names those that are spelt alike."""
+        if args[1:] and args[1] in PARTS.get(args[0], ()):
+            args = [f"{args[0]} {args[1]}", *args[2:]]
+            return super().resolve_command(ctx, args)
         if args[0] in COMMANDS or ctx.resilient_parsing:
             return super().resolve_command(ctx, args)
         near = _near(args[0])
@@ -91,12 +93,12 @@ class Group(click.Group):
         raise click.UsageError(self._words(key, name=args[0] or '""', near=self._words("usage.or").join(near)), ctx)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parses the arguments; errors contain their context."""
+        """Parses the arguments; an error gets its context."""
         with located(ctx):
             return super().parse_args(ctx, args)
 
     def get_help(self, ctx: click.Context) -> str:
-        """Returns the help page."""
+        """Returns the page."""
         return page(self, ctx, self._words, TOPICS)
 
 
@@ -104,6 +106,11 @@ def _show_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
     if wanted and not ctx.resilient_parsing:
         Output().text(f"canalyze {__version__}\n")
         ctx.exit()
+
+
+_VERSION: Final = option(
+    "--version", key="opt.version", topic="general", is_eager=True, expose_value=False, callback=_show_version
+)
 
 
 def build(lang: str) -> click.Group:
@@ -131,7 +138,7 @@ def _run(args: list[str]) -> int:
             return 2
         config = settle(lang, options.get("--config"))._replace(pager="--no-pager" not in options)
         words = _words(config)
-        if not config.chosen and _reads_no_chinese(args):
+        if not config.chosen and _needs_hint(args):
             complain(words("output.hint"))
     except ConfigError as error:
         if not _completes() and not (_explains(args) and error.key != "config.lang_option"):
@@ -168,7 +175,7 @@ def _completes() -> bool:
 
 
 def _commanded(args: list[str]) -> list[str]:
-    """Inserts the default command `diagnose` before files without a command, or for a pipe."""
+    """Returns the arguments with `diagnose` before files that come without a command, or a pipe."""
     first = next((arg for arg in args if not arg.startswith("-") or arg == "-"), None)
     if first in COMMANDS or _completes():
         return args
@@ -184,7 +191,7 @@ def _commanded(args: list[str]) -> list[str]:
 
 
 def _of_a_pipe(args: list[str]) -> bool:
-    """Returns true if the input is a pipe or a redirected file, and the arguments are only options."""
+    """Returns true if a capture comes through a pipe or from a file, and nothing but options is said of it."""
     import stat
 
     if (args and not args[0].startswith("-")) or _explains(args) or not {*args}.isdisjoint(COMMANDS):
@@ -199,9 +206,9 @@ def _of_a_pipe(args: list[str]) -> bool:
 
 
 def _renamed(args: list[str]) -> list[str]:
-    """Returns the arguments with former spellings replaced."""
+    """Returns the arguments with former spellings replaced by those of today."""
     found: list[str] = []
-    rest = list(args)
+    rest = _parted(args)
     while rest:
         option, equals, value = rest.pop(0).partition("=")
         if option == "--":
@@ -216,32 +223,55 @@ def _renamed(args: list[str]) -> list[str]:
     return found
 
 
+def _parted(args: list[str]) -> list[str]:
+    """Returns the arguments of `od` with an option that is a command now as that; a file behind it is an argument."""
+    if args[:1] != ["od"] or args[1:2] in [[part] for part in PARTS["od"]]:
+        return list(args)
+    end = args.index("--") if "--" in args else len(args)
+    for place in range(1, end):
+        option, equals, value = args[place].partition("=")
+        part = _FORMER_PARTS.get(option)
+        if part == "write":
+            return ["od", part, *args[1:]]
+        if part is not None:
+            behind = place + 1 if equals else place + 2
+            file = [value] if equals else args[place + 1 : behind]
+            others = [*args[1:place], *args[behind:]]
+            if not file or behind > end:
+                break
+            return ["od", part, *others, *file] if part == "diff" else ["od", part, *file, *others]
+    return list(args)
+
+
 def _near(name: str) -> list[str]:
-    """Returns similar names of commands."""
+    """Returns the commands that may have been meant."""
     from difflib import get_close_matches
 
     return get_close_matches(name, COMMANDS)
 
 
 def _command(args: list[str]) -> str:
-    """Returns the command line up to the command, if there is one."""
+    """Returns what was typed up to the command, if there is one."""
     name = next((arg for arg in args if not arg.startswith("-")), "")
     return f"canalyze {name}" if name in COMMANDS else "canalyze"
 
 
 def _explains(args: list[str]) -> bool:
-    """Returns true if help or the version is requested, which must work with an invalid configuration."""
+    """Returns true if help or the version is asked for; an error in the configuration does not prevent it."""
     return not {"-h", "--help", "--version"}.isdisjoint(args[: args.index("--")] if "--" in args else args)
 
 
-def _reads_no_chinese(args: list[str]) -> bool:
-    """Returns true if a person may not be able to read Chinese output, and should see how to get English."""
+def _needs_hint(args: list[str]) -> bool:
+    """Returns true if a text in Chinese comes on the terminal of a user who may not read it."""
     out, err = (stream is not None and stream.isatty() for stream in (sys.stdout, sys.stderr))
     if not out or not err or not shows_chinese() or _completes() or "--version" in args:
         return False
     spoken = (os.environ.get(name) for name in ("LC_ALL", "LC_MESSAGES", "LANG"))
     if next(filter(None, spoken), "").lower().startswith("zh"):
         return False
+    if _explains(args):
+        return True
+    args = args[: args.index("--")] if "--" in args else args
     if (_commanded(args) or [""])[0] in _MACHINE:
         return False
     forms = [after for arg, after in zip(args, [*args[1:], ""], strict=True) if arg == "--format"]
@@ -259,7 +289,7 @@ def _words(config: Config, *, notice: bool = True) -> Words:
 
 
 def _take_global(args: list[str], found: dict[str, str]) -> tuple[list[str], str]:
-    """Removes --lang, --config and --no-pager before "--" from the arguments; the last of each counts.
+    """Removes --lang, --config and --no-pager from the arguments, wherever they are before "--"; the last one counts.
 
     Returns the rest, and the option whose value is missing, if any.
     """

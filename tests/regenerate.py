@@ -3,9 +3,9 @@
     python tests/regenerate.py [NAME...]
     python tests/regenerate.py pages [PAGE...]
 
-Without names all samples, and what the pages for users show; `pages` are these alone. Read the difference (`git diff`)
-before it is kept: a golden file is only as right as the eye that passed it. `zephyr-sdo.brief.zh.txt` is never written:
-it is the listing that the program reproduces.
+Without names all samples, what the pages for users show, and `command_lines/`; `pages` are the pages alone. Read the
+difference (`git diff`) before it is kept: a golden file is only as right as the eye that passed it.
+`zephyr-sdo.brief.zh.txt` is never written: it is the listing that the program reproduces.
 
 What it must not do: judge; test_golden.py compares, the other tests know what is true.
 """
@@ -19,6 +19,7 @@ from pathlib import Path
 
 import generated_pages
 import page_examples
+import test_command_lines
 from captures import SAMPLES, described_beside, eds_options, expected_beside, run_canalyze, session_output
 from monitor_screens import golden as screen_golden
 from monitor_screens import goldens as screen_goldens
@@ -131,6 +132,8 @@ def main() -> None:
             keep(screen_golden(capture, size, lang), screens(capture, size, lang).encode())
     if not names:
         pages(set())
+        for path in sorted(test_command_lines.FOLDER.iterdir()):
+            keep(path, test_command_lines.rerun(path).encode())
 
 
 def pages(names: set[str]) -> None:

@@ -86,7 +86,10 @@ FIRST = {
     "monitor": ["--record", "--speed", "--eds", "--filter", "--bitrate"],
     "view": ["--eds", "--filter", "--bitrate", "--save", "--merge"],
     "sdo": ["--extract", "--eds", "--filter", "-t", "-o, --output"],
-    "od": ["--diff", "--all", "--history", "--at", "--eds"],
+    "od": ["--history", "--at", "--eds", "--filter", "-t"],
+    "od diff": ["--node", "--all", "--at", "--eds", "--filter"],
+    "od against": ["--node", "--unseen", "--at", "--eds", "--filter"],
+    "od write": ["--dcf", "--concise-dcf", "--skeleton", "--dbc", "--node"],
     "check": ["--fail-on", "--baseline", "--junit", "--eds", "--filter"],
     "convert": ["--to", "--eds", "--filter", "--merge", "--force"],
 }
@@ -94,14 +97,14 @@ FIRST = {
 
 @pytest.mark.parametrize(("name", "usual"), FIRST.items())
 def test_usual_options_stand_first(canalyze: Runner, name: str, usual: list[str]) -> None:
-    found = sections(canalyze(name, "--help", "--lang", "en").out)
+    found = sections(canalyze(*name.split(), "--help", "--lang", "en").out)
     headings = [heading for heading in found if heading != "Examples" and not heading.startswith("Usage")]
     assert headings[0] == "Usual options" and headings[-1] == "General"
     assert found["Usual options"] == usual
     assert {"--lang", "--config", "-h, --help"} <= set(found["General"])
     options = [option for heading in headings for option in found[heading]]
     assert len(options) == len(set(options)) and all(found[heading] for heading in headings)
-    chinese = sections(canalyze(name, "--help").out)
+    chinese = sections(canalyze(*name.split(), "--help").out)
     assert [rows for heading, rows in chinese.items() if heading in ("常用选项", "通用")] == [usual, found["General"]]
 
 
@@ -294,6 +297,15 @@ def test_completion(canalyze: Runner) -> None:
     assert done.out == "plain,decode\n"
     done = canalyze(env={"_CANALYZE_COMPLETE": "zsh_complete", "COMP_WORDS": "canalyze decode --st", "COMP_CWORD": "2"})
     assert "--stamps" in done.lines
+
+
+def test_completion_of_second_words(canalyze: Runner) -> None:
+    for typed, completed in (("od a", ["plain,against", "file,a"]), ("od x.log d", ["file,d"])):
+        words = f"canalyze {typed}"
+        env = {"_CANALYZE_COMPLETE": "bash_complete", "COMP_WORDS": words, "COMP_CWORD": str(len(typed.split()))}
+        assert canalyze(env=env).lines == completed
+    env = {"_CANALYZE_COMPLETE": "bash_complete", "COMP_WORDS": "canalyze od write --sk", "COMP_CWORD": "3"}
+    assert canalyze(env=env).out == "plain,--skeleton\n"
 
 
 def test_decode_starts_light(canalyze: Runner, notes: str, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""`canalyze od --against`: which device is compared, what is printed, and how it ends.
+"""`canalyze od against`: which device is compared, what is printed, and how it ends.
 
 What differs and what does not is in `test_od_against.py`.
 """

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from conftest import NOTES, Runner
 
-from canalyze.commands.sdo import row
+from canalyze.reports.sdo_text import row
 from canalyze.words import Words
 
 

@@ -13,10 +13,10 @@ import pytest
 from conftest import NOTES, command, environment
 
 from canalyze import output
-from canalyze.commands.sdo import COLUMNS
-from canalyze.commands.sdo import columns as sdo_columns
 from canalyze.output import Output
 from canalyze.output.layout import width
+from canalyze.reports.sdo_text import COLUMNS
+from canalyze.reports.sdo_text import columns as sdo_columns
 from canalyze.reports.table import Row, Table
 from canalyze.words import Words
 
@@ -70,7 +70,17 @@ HINT = "English: canalyze --lang en, or CANALYZE_LANG=en"
 
 
 @pytest.mark.parametrize("locale", ["en_US.UTF-8", "C.UTF-8", "de_DE.UTF-8", ""])
-@pytest.mark.parametrize("args", [["--help"], ["decode", "notes.log"], ["notes.log"], ["deocde"]])
+@pytest.mark.parametrize(
+    "args",
+    [
+        ["--help"],
+        ["convert", "--help"],
+        ["decode", "notes.log"],
+        ["notes.log"],
+        ["deocde"],
+        ["notes.log", "--", "--format=x"],
+    ],
+)
 def test_who_may_not_read_chinese_is_told_of_english_once(tmp_path: Path, args: list[str], locale: str) -> None:
     (tmp_path / "notes.log").write_text(NOTES)
     _, shown = on_terminal(tmp_path, *args, LC_MESSAGES=locale)

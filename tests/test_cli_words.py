@@ -82,7 +82,7 @@ def is_used(key: str) -> bool:
     if table in SAID_BY_THE_CORE or name in PAGES:
         return True
     spelled = re.escape(name).replace("_", "[-_]")
-    return re.search(rf"""["'](?:{re.escape(table)}\.|--)?{spelled}["']""", PROGRAM) is not None
+    return re.search(rf"""["'](?:{re.escape(table)}\.|--)?{spelled}["' ]""", PROGRAM) is not None
 
 
 @pytest.mark.parametrize("lang", LANGUAGES)

@@ -14,6 +14,7 @@ from captures import TESTS
 PACKAGE = TESTS.parent / "canalyze"
 SAID = {"errors", "words"}
 READ = {*SAID, "_core", "sources"}
+PASS = {*READ, "configuration.options", "output", "running.passes", "running.run"}
 MAY_USE: dict[str, set[str]] = {
     "words": {"_core"},
     "configuration": set(),
@@ -81,6 +82,12 @@ MAY_USE: dict[str, set[str]] = {
         "output",
         "running.run",
     },
+    "running.passes": {*PASS, "output.help"},
+    "running.again": {*PASS, "html", "reports", "values"},
+    "running.diagnosing": {*PASS, "output.jsonl", "problem", "reports"},
+    "running.objects": PASS,
+    "running.listing": {*PASS, "reports", "running.listening", "running.viewing"},
+    "running.drawing": {*PASS, "running.viewing", "timeline"},
     "running.chosen": {*READ, "configuration.options", "output", "reports", "running.run"},
     "running.run": {*READ, "configuration.options", "output", "running.reading"},
     "configuration.options": {
@@ -105,6 +112,7 @@ MAY_USE: dict[str, set[str]] = {
     "check.verdict": {"finding", "problem"},
     "check.baseline": {*SAID, "configuration.bounded", "finding", "problem", "output.jsonl"},
     "check.policy": {"check.baseline", "check.verdict", "finding", "problem", "sources.names"},
+    "check.known": {*SAID, "check", "output"},
     "check": {
         *READ,
         "check",
@@ -168,6 +176,15 @@ MAY_USE: dict[str, set[str]] = {
     "exporting": {*SAID, "_core", "library", "output", "output.writing", "values"},
     "agents": {*SAID, "library", "output", "output.jsonl", "configuration.network", "sources.names"},
     "monitor": {*READ, "output.layout", "output", "running.reading"},
+    "monitor.opening": {
+        *READ,
+        "configuration.options",
+        "monitor",
+        "output",
+        "running.listening",
+        "running.reading",
+        "sinks.target",
+    },
     "pytest_plugin": {*SAID, "finding", "problem", "library", "output", "output.writing"},
 }
 """A part, or a file of one, and what it may use; its own folder always but where a file of it has a row.
@@ -266,6 +283,12 @@ def test_timelines_tables_and_fleets_alone_need_the_optional_part() -> None:
     assert users == {"commands", "dictionary", "timeline", "library", "exporting", "fleet"}
     loaded = subprocess.run([sys.executable, "-c", HEAVY], capture_output=True, text=True, check=True).stdout.split()
     assert not OPTIONAL & set(loaded)
+
+
+def test_a_command_is_short() -> None:
+    """It has its options and its pass; what it does besides is in the room of its subject."""
+    lengths = {path.name: len(path.read_text().splitlines()) for path in (PACKAGE / "commands").glob("*.py")}
+    assert len(lengths) > 20 and not {name for name, lines in lengths.items() if lines > 120}
 
 
 def test_the_rows_are_in_order() -> None:

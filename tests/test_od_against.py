@@ -1,4 +1,4 @@
-"""`canalyze od --against`: a device that is as its description says differs in nothing; one change is reported as that.
+"""`canalyze od against`: a device that is as its description says differs in nothing; one change is reported as that.
 
 The devices are made from descriptions (`simulated_device.py`): those of `eds/`, and those of other makers in
 `../shared/corpus`, where that is there. Must not: take from the program what is expected of it.

@@ -209,7 +209,7 @@ def test_what_cannot_be_is_said(canalyze: Runner, tmp_path: Path) -> None:
     for line, said in (
         (["--dcf", "a.dcf"], "--node"),
         (["--node", "5", "--dcf", "a.dcf", "--history"], "--history"),
-        (["--node", "5", "--dcf", "a.dcf", "-o", "b"], "--output"),
+        (["--node", "5", "--dcf", "a.dcf", "-o", "b"], "-o"),
         (["--node", "99", "--dcf", "a.dcf"], "node 99"),
         (["--node", "5", "--dcf", "a.dcf", "--filter", "service=pdo"], "node 5"),
         (["--node", "5", "--dcf", "a.dcf", "--eds", "5=a.xdd"], "EDS"),

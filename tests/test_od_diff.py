@@ -1,4 +1,4 @@
-"""`canalyze od --diff`: what differs in the configuration of devices is reported, and nothing that changes by nature.
+"""`canalyze od diff`: what differs in the configuration of devices is reported, and nothing that changes by nature.
 
 Captures are those of made networks and real stacks, with one value changed where a difference is wanted. Must not:
 take a difference from the program that is not put in here.
@@ -326,8 +326,8 @@ def test_what_cannot_be_is_said(canalyze: Runner, tmp_path: Path) -> None:
         (["--diff", log, "--format", "csv"], "csv"),
         (["--diff", log, "--dcf", "a.dcf", "--node", "5"], "--dcf"),
         (["--diff", log, "--node", "5=x"], "--node"),
-        (["--all"], "--diff"),
-        (["--dcf", "a.dcf", "--node", "5=6"], "--diff"),
+        (["--all"], "--all"),
+        (["--dcf", "a.dcf", "--node", "5=6"], "--node"),
     ):
         done = canalyze("--lang", "en", "od", log, *line)
         assert (done.code, done.out) == (2, ""), line

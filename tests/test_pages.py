@@ -20,7 +20,7 @@ from captures import run_canalyze
 from page_examples import PAGES, README, ROOT, Block, blocks, invocations
 
 from canalyze import _core, expectations, pages
-from canalyze.cli import COMMANDS, build
+from canalyze.cli import COMMANDS, PARTS, build
 from canalyze.configuration import config
 from canalyze.pages import columns
 from canalyze.words import LANGUAGES
@@ -160,7 +160,8 @@ def test_commands_and_options_that_are_named_exist(page: Path, tmp_path: Path, m
     for line in [*lines, *(span for span in spans if "canalyze " in span)]:
         for arguments in invocations(line):
             parsed(arguments)
-    every = {name for command in COMMANDS for name in options(command)}
+    two = (f"{first} {part}" for first, parts in PARTS.items() for part in parts)
+    every = {name for command in (*COMMANDS, *two) for name in options(command)}
     for name in re.findall(r"(?<![\w-])--[a-z][a-z-]*", " ".join(spans)):
         assert name in every | OTHERS | {"--help"}, name
 
@@ -182,12 +183,15 @@ def parsed(arguments: list[str]) -> None:
         # A file, or options alone, before a pipe.
         assert "." in names[0] or "/" in names[0] or arguments[0].startswith("-"), f"no command {names[0]}"
         arguments = ["diagnose", *arguments]
-    command = group.get_command(click.Context(group), names[0] if names[0] in COMMANDS else "diagnose")
+    name = names[0] if names[0] in COMMANDS else "diagnose"
+    if len(names) > 1 and names[1] in PARTS.get(name, ()):
+        name = f"{name} {names[1]}"
+    command = group.get_command(click.Context(group), name)
     assert command is not None
     rest = arguments[arguments.index(names[0]) + 1 :] if names[0] in COMMANDS else arguments[1:]
     for option in (one.partition("=")[0] for one in rest if re.match(r"-[-a-zA-Z]", one)):
         known = {name for param in command.params for name in (*param.opts, *param.secondary_opts)} | {"--help"}
-        assert option in known, f"{names[0]} has no {option}"
+        assert option in known, f"{name} has no {option}"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=shown)

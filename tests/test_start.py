@@ -38,7 +38,7 @@ def loaded(directory: Path, *args: str) -> set[str]:
 
 @pytest.mark.parametrize(
     ("args", "least", "most"),
-    [(["decode"], 15, 30), ([], 15, 35), (["diagnose"], 15, 35), (["check"], 15, 45)],
+    [(["decode"], 15, 30), ([], 15, 40), (["diagnose"], 15, 40), (["check"], 15, 50)],
     ids=["decode", "no command", "diagnose", "check"],
 )
 def test_a_file_loads_little(tmp_path: Path, args: list[str], least: int, most: int) -> None:

@@ -1,4 +1,4 @@
-"""What is printed keeps to the house's terms (`canalyze/words/terms.toml`): the core and Python, in both languages.
+"""What is printed keeps to the house's terms (`tests/terms.toml`): the core and Python, in both languages.
 
 The core's sentences are read from its source: most of them are printed in a state of the bus that no test can bring
 about for all. What it must not do: judge a sentence beyond the table.
@@ -47,7 +47,7 @@ class Term:
 
 
 def _terms() -> tuple[Term, ...]:
-    table = tomllib.loads((PACKAGE / "words" / "terms.toml").read_text("utf-8"))
+    table = tomllib.loads((TESTS / "terms.toml").read_text("utf-8"))
     return tuple(
         Term(lang, row["use"], re.compile("|".join(row["not"])), tuple(row.get("but", ())), row.get("where", ""))
         for lang in ("zh", "en")
@@ -114,7 +114,7 @@ def _other_marks(text: str, style: str) -> bool:
 
 
 def test_chinese_punctuation() -> None:
-    table = tomllib.loads((PACKAGE / "words" / "terms.toml").read_text("utf-8"))
+    table = tomllib.loads((TESTS / "terms.toml").read_text("utf-8"))
     half = set(table["punctuation"]["half"])
     python = [
         (key, sentence, "one" if {topic, key} & half else "full")
@@ -182,7 +182,7 @@ def test_each_row_finds_something() -> None:
 
 
 def _terms_to_explain() -> list[str]:
-    table = tomllib.loads((PACKAGE / "words" / "terms.toml").read_text("utf-8"))
+    table = tomllib.loads((TESTS / "terms.toml").read_text("utf-8"))
     rows = [row for lang in ("zh", "en") for row in table[lang] if not row.get("style")]
     return [name for row in rows for name in row["use"].split(", ")]
 

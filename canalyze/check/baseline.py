@@ -29,12 +29,12 @@ _BETWEEN: Final = re.compile(r"[\s,]*+")
 _DIGITS: Final = 18
 """Of the largest number that an entry may have."""
 _DECODER: Final = json.JSONDecoder(parse_int=lambda digits: int(digits) if len(digits) <= _DIGITS else digits)
-"""What is longer stays a text, which no entry has there."""
+"""Maximum number of digits; a longer number stays a text, which no entry has there."""
 _OBJECT: Final = re.compile(r"[0-9A-F]{4}:[0-9A-F]{2}")
 
 
 class Kind(NamedTuple):
-    """What findings have in common that are counted together."""
+    """Properties that findings have in common to be counted together."""
 
     code: str
     bus: str | None
@@ -44,7 +44,7 @@ class Kind(NamedTuple):
 
     @classmethod
     def of(cls, finding: Finding) -> "Kind":
-        """Give the kind of a finding."""
+        """Returns the kind of a finding."""
         place = None if finding.index is None else f"{finding.index}:{finding.sub or 0:02X}"
         return cls(finding.code, finding.bus, finding.node, place)
 
@@ -55,7 +55,7 @@ class Kind(NamedTuple):
 
 
 class ProblemKind(NamedTuple):
-    """What problems have in common that are counted together."""
+    """Properties that problems have in common to be counted together."""
 
     kind: str
     """node-silent."""
@@ -67,7 +67,7 @@ class ProblemKind(NamedTuple):
 
     @classmethod
     def of(cls, problem: Problem) -> "ProblemKind":
-        """Give the kind of a problem."""
+        """Returns the kind of a problem."""
         parts = [f"node {problem.node}"] if problem.node else []
         if not parts and problem.nodes:
             parts = [" ".join(["nodes", *map(str, problem.nodes)])[:_SUBJECT]]
@@ -83,11 +83,11 @@ class ProblemKind(NamedTuple):
 
 
 Baseline = Mapping[Kind | ProblemKind, int]
-"""How many of each kind are known, at least one."""
+"""Number of known ones of each kind, at least one."""
 
 
 def text(known: Baseline) -> str:
-    """Give the file."""
+    """Returns the file."""
     lists = [f'"findings": {_list(known, Kind)}']
     if any(isinstance(kind, ProblemKind) for kind in known):
         lists.append(f'"problems": {_list(known, ProblemKind)}')
@@ -95,7 +95,7 @@ def text(known: Baseline) -> str:
 
 
 def _list(known: Baseline, form: type[Kind | ProblemKind]) -> str:
-    """Give the entries of one form."""
+    """Returns the entries of one form."""
     kinds = sorted((kind for kind in known if isinstance(kind, form)), key=lambda kind: kind.order)
     rows = [jsonl.text(kind._asdict() | {"count": known[kind]}) for kind in kinds]
     inner = ",\n".join(f"  {row}" for row in rows)
@@ -151,7 +151,7 @@ _ALLOWED: Final[Mapping[str, Callable[[Any], bool]]] = {
     "object": lambda value: value is None or _matches(_OBJECT)(value),
     "count": lambda value: type(value) is int and value >= 1,
 }
-"""What a key of an entry may hold."""
+"""Values that a key of an entry may have."""
 _FORMS: Final[Mapping[str, type[Kind | ProblemKind]]] = {
     "findings": Kind,
     "problems": ProblemKind,
@@ -161,7 +161,7 @@ _FORMS: Final[Mapping[str, type[Kind | ProblemKind]]] = {
 
 
 def _wrong(entry: Any, form: type[Kind | ProblemKind]) -> str:
-    """Give the key of an entry that cannot be, "" if all is well."""
+    """Returns the first invalid key of an entry, "" if it is valid."""
     if not isinstance(entry, dict):
         return "{}"
     keys = (*form._fields, "count")
@@ -175,7 +175,7 @@ def _shown(entry: Any, key: str) -> str:
 
 
 def _at(name: str, content: str, section: str, place: int) -> str:
-    """Give FILE:LINE of an entry of a list; FILE if its line cannot be told."""
+    """Returns FILE:LINE of an entry of a list; FILE if its line is unknown."""
     begin = re.search(rf'"{section}"\s*:\s*\[', content)
     at = begin.end() if begin else len(content)
     for _ in range(place + 1):
@@ -188,7 +188,7 @@ def _at(name: str, content: str, section: str, place: int) -> str:
 
 
 def replaceable(name: str) -> bool:
-    """Tell whether a new baseline may take the place of a file: of one, whole or not, of an empty one, of none."""
+    """Returns true if a new baseline may replace a file: a baseline, complete or not, an empty file, or none."""
     try:
         content = bounded.content(Path(name)).decode("utf-8-sig", "replace").strip()
     except FileNotFoundError:
@@ -199,7 +199,7 @@ def replaceable(name: str) -> bool:
 
 
 def most(counts: Iterable[Mapping[Kind | ProblemKind, int]]) -> dict[Kind | ProblemKind, int]:
-    """Give of each kind the most in any one capture."""
+    """Returns the maximum of each kind in any one capture."""
     known: dict[Kind | ProblemKind, int] = {}
     for one in counts:
         for kind, count in one.items():
@@ -208,5 +208,5 @@ def most(counts: Iterable[Mapping[Kind | ProblemKind, int]]) -> dict[Kind | Prob
 
 
 def exists(name: str) -> bool:
-    """Tell whether there is such a file."""
+    """Returns true if the file exists."""
     return Path(name).exists()

@@ -36,20 +36,20 @@ _LINES: Final = 200
 
 @dataclass
 class Job:
-    """How captures are examined: alike in this process and in others."""
+    """Settings of an examination, equal in this process and in others."""
 
     lang: str
     given: CaptureOptions
     filed: network.Known
-    """What canalyze.toml says of the network."""
+    """The network by canalyze.toml."""
     settings: Mapping[str, Any]
-    """What the core is told beside: filter, stamps."""
+    """Other settings of the core: filter, stamps."""
     expect: str | None = None
     """A file of expectations for every capture."""
     beside: bool = True
     """Without that file, the one that lies beside a capture counts."""
     incidents: bool = False
-    """Whether it is asked what went wrong."""
+    """True if problems are asked for."""
     _network: "list[Network | None]" = field(default_factory=list)
 
     def know(self, words: Words | None) -> None:
@@ -59,7 +59,7 @@ class Job:
         self._network = [known(self.filed, known_of(self.given), words)]
 
     def settings_for(self, name: str) -> Mapping[str, Any]:
-        """Give what the core is told about this capture, with the expectations of it.
+        """Returns the settings of the core for this capture, with its expectations.
 
         It is asked in the process that examines the capture. A CanalyzeError is an error of this capture only.
         """
@@ -67,7 +67,7 @@ class Job:
         return self.settings if file is None else {**self.settings, "expectations": expectations.read(file)}
 
     def expectations_for(self, name: str) -> Path | None:
-        """Give the file of expectations that this capture is held against."""
+        """Returns the file of expectations of this capture."""
         if self.expect is not None:
             return Path(self.expect)
         return expectations.beside(name) if self.beside else None
@@ -97,7 +97,7 @@ class _Kinds:
         self.incidents: list[Problem] = []
 
     def take(self, result: bytes) -> None:
-        """Take JSON lines of the core."""
+        """Adds JSON lines of the core."""
         for line in result.splitlines():
             row = json.loads(line)
             if row["kind"] == "problem":
@@ -115,7 +115,7 @@ class _Kinds:
             self._found[kind] = (shown, count + (1 if repeated is None else int(repeated)))
 
     def counted(self) -> tuple[Counted, ...]:
-        """Give them in the order of the frames that they are about."""
+        """Returns them in the order of their frames."""
         found = [Counted(shown[0], tuple(shown), count) for shown, count in self._found.values() if shown]
         return tuple(sorted(found, key=lambda one: one.finding.about_frame or 0))
 
@@ -129,7 +129,7 @@ class Read(NamedTuple):
     complaints: tuple[str, ...]
     """Lines for standard error."""
     signal: int = 0
-    """What ended the reading before its end."""
+    """The signal that ended reading early."""
 
 
 def read(

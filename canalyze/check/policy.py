@@ -1,4 +1,4 @@
-"""What of a capture's findings counts: the values behind [check] of canalyze.toml and behind the options of `check`.
+"""Findings of a capture that count: the values behind [check] of canalyze.toml and behind the options of `check`.
 
 Values and their rules only: nothing here opens a file, prints, or knows the core. Whether a code exists, whoever has
 the catalogue says.
@@ -31,16 +31,16 @@ _FAILING: Final[dict[Standing, tuple[str, ...]]] = {
 FORMER: Final[dict[str, Standing]] = {"stands": "open", "over": "ended", "never": "never"}
 """Former spellings."""
 Ruling = Severity | Literal["ignore"]
-"""What an override may make of a finding."""
+"""Severities that an override may give to a finding."""
 
 
 def unknown(prefixes: Collection[str], catalogue: Sequence[str]) -> str | None:
-    """Give the first that is the beginning of no code of the catalogue."""
+    """Returns the first that begins no code of the catalogue."""
     return next((one for one in prefixes if not any(code.startswith(one) for code in catalogue)), None)
 
 
 def near(prefix: str, catalogue: Sequence[str]) -> list[str]:
-    """Give the codes, or the families of codes, that may have been meant."""
+    """Returns similar codes, or families of codes."""
     from difflib import get_close_matches
 
     families = list(dict.fromkeys(code[:3] for code in catalogue))
@@ -50,7 +50,7 @@ def near(prefix: str, catalogue: Sequence[str]) -> list[str]:
 
 
 class Override(NamedTuple):
-    """What becomes of some findings, for a reason: [[check.override]]."""
+    """A change of some findings, with its reason: [[check.override]]."""
 
     codes: tuple[str, ...]
     severity: Ruling
@@ -65,7 +65,7 @@ class Override(NamedTuple):
     """FILE:LINE of its codes."""
 
     def covers(self, found: Counted, file: str, directory: str) -> bool:
-        """Tell whether it is about a finding of this file; globs are relative to the directory."""
+        """Returns true if it applies to a finding of this file; globs are relative to the directory."""
         finding = found.finding
         return (
             any(finding.code.startswith(prefix) for prefix in self.codes)
@@ -88,14 +88,14 @@ class Policy(NamedTuple):
     """The file of known findings."""
     overrides: tuple[Override, ...] = ()
     directory: str = "."
-    """What globs of overrides are relative to: the directory of canalyze.toml."""
+    """The directory that globs of overrides are relative to: that of canalyze.toml."""
     at: tuple[tuple[str, str], ...] = ()
     """FILE:LINE of `select` and `ignore`, by their keys."""
     incidents: Standing | None = None
     """Which problems fail; None: they are not asked for."""
 
     def overruled(self, by: "Policy") -> "Policy":
-        """Give what holds of both: `by` puts the threshold, the selection and the baseline, and adds to `ignore`."""
+        """Returns the combination: `by` sets the threshold, the selection and the baseline, and adds to `ignore`."""
         return self._replace(
             fail_on=by.fail_on or self.fail_on,
             select=by.select or self.select,
@@ -105,19 +105,19 @@ class Policy(NamedTuple):
         )
 
     def fails(self, severity: Severity) -> bool:
-        """Tell whether findings of this severity fail the check."""
+        """Returns true if findings of this severity fail the check."""
         threshold = self.fail_on or "warning"
         return threshold != "never" and SEVERITIES.index(severity) >= SEVERITIES.index(threshold)
 
     def takes(self, code: str) -> bool:
-        """Tell whether findings of this rule are judged: of several prefixes the longest one counts, then `ignore`."""
+        """Returns true if findings of this rule are judged: the longest of several prefixes counts, then `ignore`."""
         ignored = max((len(one) for one in self.ignore if code.startswith(one)), default=-1)
         selected = max((len(one) for one in self.select if code.startswith(one)), default=-1 if self.select else 0)
         return selected > ignored
 
 
 def judge(examined: Examined, policy: Policy, known: Baseline) -> Verdict:
-    """Say which findings of a capture fail the check: at or above the threshold, and more than the baseline allows."""
+    """Returns the findings that fail the check: at or above the threshold, and more than the baseline allows."""
     ruled, away, reasons = _ruled(policy, examined.found, examined.file)
     judged = [one for one in ruled if one.finding.because_of is None]
     counts = counted(one for one in judged if policy.fails(one.finding.severity))
@@ -156,7 +156,7 @@ def judge(examined: Examined, policy: Policy, known: Baseline) -> Verdict:
 
 
 def failing(policy: Policy, incidents: Iterable[Problem]) -> list[Problem]:
-    """Give the problems that fail a check without a baseline: those that nothing else has caused, by their status."""
+    """Returns the problems that fail a check without a baseline: those without a cause, by their status."""
     return [one for one in incidents if one.is_root and one.status in _FAILING[policy.incidents or "never"]]
 
 
@@ -166,7 +166,7 @@ def problems(incidents: Iterable[Problem]) -> Counter[Kind | ProblemKind]:
 
 
 def _linked(causes: Sequence[Counted], consequences: Sequence[Counted]) -> tuple[list[Counted], list[Counted]]:
-    """Give the causes with their consequences, and the consequences that none of them explains.
+    """Returns the causes with their consequences, and the consequences without a cause.
 
     The first cause that stands at the frame, or is about it, explains a consequence.
     """
@@ -197,7 +197,7 @@ def counted(found: Iterable[Counted]) -> Counter[Kind | ProblemKind]:
 
 
 def _ruled(policy: Policy, found: Sequence[Counted], file: str) -> tuple[list[Counted], int, Counter[str]]:
-    """Give what is judged, with its severity; how many were taken away; and how many overrides changed, by reason.
+    """Returns the judged findings with severities, the number of others, and the numbers of overridden, by reason.
 
     Of several overrides that are about a finding the last one counts.
     """
@@ -225,7 +225,7 @@ def _ruled(policy: Policy, found: Sequence[Counted], file: str) -> tuple[list[Co
 
 @cache
 def named(file: str, glob: str, directory: str) -> bool:
-    """Tell whether a glob names a file: as it was given, from the directory, or by its last part."""
+    """Returns true if a glob matches a file: its name as given, its path from the directory, or its last part."""
     from canalyze.sources.names import matching  # not needed where a policy is only read
 
     names = [file, PurePath(file).as_posix(), _from(file, directory)]

@@ -1,4 +1,4 @@
-"""What `check` found in one capture, before and after it is judged: the one form that all reports are written from.
+"""Findings of `check` in one capture, before and after they are judged: the form from which all reports are written.
 
 Nothing here reads, judges or prints.
 """
@@ -20,17 +20,17 @@ class Counted:
     shown: tuple[Finding, ...]
     """The first ones, at most ten, `finding` among them."""
     count: int
-    """How many there are; those that are not shown were only counted."""
+    """Number of them; those that are not shown were only counted."""
     known: int = 0
-    """How many of them the baseline allows; the finding counts only if there are more."""
+    """Number of them that the baseline allows; the finding counts only if there are more."""
     alike: int = 0
-    """How many there are with those that the baseline counts as the same kind, being about another expectation."""
+    """Number of them with those that the baseline counts as the same kind, for another expectation."""
     consequences: tuple["Counted", ...] = ()
-    """What these findings explain; none of it fails the check."""
+    """Consequences of these findings; none of them fails the check."""
 
 
 class Examined(NamedTuple):
-    """What one capture has shown, before anything is judged."""
+    """Findings of one capture before they are judged."""
 
     file: str
     found: tuple[Counted, ...] = ()
@@ -44,11 +44,11 @@ class Examined(NamedTuple):
     expectations: str | None = None
     """The file of expectations that it was held against."""
     nature: str = "canopen"
-    """What it has shown of its buses, as the core says it; `canopen` where one of them is."""
+    """Kind of its buses, as in the core; `canopen` if one of them is."""
     incidents: tuple[Problem, ...] = ()
-    """What went wrong, where that is asked for."""
+    """Problems, if they are asked for."""
     signal: int = 0
-    """What ended the reading before its end: SIGINT or SIGTERM."""
+    """The signal that ended reading early: SIGINT or SIGTERM."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class Verdict:
     frames: int = 0
     """Frames read."""
     seconds: float = 0.0
-    """How long the work took."""
+    """Duration of the work."""
     reasons: tuple[tuple[str, int], ...] = ()
     """Why overrides of the configuration changed findings, and how many each, in the order of the reasons."""
 
@@ -80,36 +80,36 @@ class Verdict:
     """The file of expectations that it was held against."""
 
     nature: str = "canopen"
-    """What it has shown of its buses: `silent`, `foreign`, `unproven`, or `canopen` where one of them is."""
+    """Kind of its buses: `silent`, `foreign`, `unproven`, or `canopen` if one of them is."""
 
     incidents: tuple[Problem, ...] = ()
-    """What went wrong, where that was asked for."""
+    """Problems, if they were asked for."""
     problems: tuple[int, ...] = ()
     """The numbers of those that fail the check."""
     known_problems: Mapping[int, int] = field(default_factory=dict)
-    """How many of its kind the baseline allows, by the number of an incident that would fail without it."""
+    """Number of its kind that the baseline allows, by the number of a problem that would fail without it."""
 
     @property
     def every_consequence(self) -> tuple[Counted, ...]:
-        """Give all consequences, whatever explains them."""
+        """Returns all consequences."""
         return (*(c for one in (*self.failures, *self.others) for c in one.consequences), *self.consequences)
 
     @property
     def stories(self) -> tuple[Problem, ...]:
-        """Give the incidents that nothing else has caused and that are more than harmless."""
+        """Returns the problems without a cause that are more than harmless."""
         return tuple(one for one in self.incidents if one.is_root and one.status != "harmless")
 
     @property
     def excused(self) -> frozenset[int]:
-        """Give the numbers of the problems that do not fail because the baseline allows as many of their kind."""
+        """Returns the numbers of the problems that do not fail because the baseline allows as many of their kind."""
         return frozenset(self.known_problems) - frozenset(self.problems)
 
     @property
     def failed(self) -> bool:
-        """Tell whether there is anything that fails the check; a capture that cannot be read is another matter."""
+        """Returns true if anything fails the check, apart from a capture that cannot be read."""
         return bool(self.failures or self.problems)
 
     @property
     def judged(self) -> bool:
-        """Tell whether that nothing fails says anything: traffic that nothing shows to be CANopen was not checked."""
+        """Returns true if no failure means a passed check: traffic that is not shown to be CANopen is not checked."""
         return self.failed or self.nature == "canopen" or self.expectations is not None

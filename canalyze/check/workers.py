@@ -4,7 +4,7 @@ A process that dies is an error of its capture only. Standard input, and a captu
 process. Must not: know what a finding is.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from time import monotonic
 from typing import Any, Final
@@ -14,6 +14,7 @@ from canalyze.check.verdict import Examined
 from canalyze.running.pool import Pool, Tell, processors
 from canalyze.running.run import Interrupt, Meter
 from canalyze.sources.file import STDIN
+from canalyze.sources.names import Named
 from canalyze.words import Words
 
 _EVERY: Final = 0.2
@@ -73,7 +74,7 @@ def _dead(name: str, by: object, job: Job) -> Examined:
 
 
 class _Examination:
-    """What a process does with a capture, by its place."""
+    """The work of a process on a capture, by its place."""
 
     def __init__(self, names: Sequence[str], job: Job) -> None:
         self._names = names
@@ -87,7 +88,7 @@ class Far:
     """Progress of a process, told to the one that started it."""
 
     def __init__(self, tell: Tell) -> None:
-        """Tell so much now and then."""
+        """Reports this progress now and then."""
         self._tell = tell
         self._size = 0
         self._next = monotonic() + _EVERY
@@ -102,3 +103,35 @@ class Far:
 
     def clear(self) -> None:
         """Nothing is shown here."""
+
+
+def in_order(named: Sequence[Named], found: Sequence[Examined | None], words: Words) -> list[Examined]:
+    """Returns results in the order of the command line, with an error for each file that is missing."""
+    waiting = iter(found)
+    every: list[Examined] = []
+    for one in named:
+        if one.error is not None:
+            reason = one.error.in_words(words)
+            every.append(Examined(one.name, error=reason, complaints=(f"canalyze: {reason}",)))
+        elif (examined := next(waiting)) is not None:
+            every.append(examined)
+    return every
+
+
+def complaints(examined: Sequence[Examined], descriptions: Sequence[str]) -> Iterator[str]:
+    """Yields the complaints about captures, a line each.
+
+    That a node is in no capture is worth a line; that it is not in each capture of a set is none.
+    """
+    about_nodes = tuple(f"{file}: " for file in descriptions)
+    read = [set(one.complaints) for one in examined if one.frames]
+    common = set.intersection(*read) if read else set()
+    said: set[str] = set()
+    for one in examined:
+        for line in one.complaints:
+            if line.startswith(about_nodes):
+                if line in common and line not in said:
+                    yield line
+                    said.add(line)
+            else:
+                yield line

@@ -3,22 +3,11 @@
 import errno
 import os
 from pathlib import Path
-from typing import Unpack
 
-import click
-
-from canalyze.configuration.options import (
-    ANY_PATH,
-    CaptureOptions,
-    OneOf,
-    open_session,
-    problem_option,
-    reading_options,
-)
+from canalyze.configuration.options import ANY_PATH, FORCE, PROBLEM, READING, argument, option, usage
 from canalyze.errors import OutputError
 from canalyze.output import Progress, complain
-from canalyze.output.help import Command
-from canalyze.running.run import Run
+from canalyze.running.passes import Pass, pass_command
 from canalyze.sinks.target import RECORDS, STDOUT, Target, compressions, forms, open_target, suffixes, target
 from canalyze.sources.file import STDIN, total_size
 from canalyze.words import Words
@@ -28,92 +17,52 @@ class _Unwanted(Exception):
     """Leaves the block of an output so that no file is left behind."""
 
 
-def command(words: Words) -> click.Command:
-    """Build the command in one language."""
-
-    def run(
-        files: tuple[str, ...],
-        out: str | None,
-        to: str | None,
-        force: bool,
-        expression: str | None,
-        stamps: str,
-        decoded: bool,
-        mcap_fd_schema: str | None,
-        mcap_archive: bool,
-        **given: Unpack[CaptureOptions],
-    ) -> int:
-        if out is None:
-            raise click.UsageError(words("convert.none"), click.get_current_context())
-        if not files:
-            example = "capture.mcap" if out.endswith(".log") else "capture.log"
-            raise click.UsageError(words("convert.one", name=out, out=example), click.get_current_context())
-        where = _where(out, to, words)
-        wanted = {"--decoded": decoded, "--mcap-fd-schema": mcap_fd_schema, "--mcap-archive": mcap_archive}
-        for option in (name for name, value in wanted.items() if value and where.form != "mcap"):
-            raise click.UsageError(words("convert.mcap_only", option=option), click.get_current_context())
-        session = open_session(
-            words,
-            given,
-            format="convert",
-            to=where.written,
-            stamps=stamps,
-            filter=expression,
-            decoded=decoded,
-            mcap_fd_schema=mcap_fd_schema or "ros2",
-            mcap_archive=mcap_archive,
-        )
-        itself = _is_input(out, files)
-        if itself and not force:
-            raise OutputError("convert.itself", name=out)
-        total = total_size(files)
-        name = words("convert.stdout") if out == STDOUT else os.fsencode(out).decode("utf-8", "backslashreplace")
-        output, losses = open_target(where, force=force)
-        code = 0
-        try:
-            with output:
-                code = Run(session, words, Progress(words, output, total), output.write, given).over(files)
-                if session.frames == 0 or (itself and code):
-                    raise _Unwanted
-                # Files that were not read to their ends must not look whole when written; a stream has no other end.
-                part = output.leave() if code >= 128 and total is not None else None
-        except _Unwanted:
-            if itself or code >= 128:
-                key = "convert.kept" if itself else "output.dropped"
-                complain(f"canalyze: {words(key, name=name)}")
-            return code
-        for line in session.losses(name, dict(losses)):
-            complain(line)
-        if code >= 128:
-            key = "output.part" if part else "convert.cut"
-            complain(f"canalyze: {words(key, name=name, part=part, frames=session.frames)}")
-        return code
-
-    return Command(
-        "convert",
-        words,
-        run,
-        [
-            click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="IN"),
-            click.Argument(["out"], required=False, type=ANY_PATH, metavar="OUT"),
-            click.Option(["--to"], type=OneOf(forms(), words), help=words("convert.to")),
-            problem_option(words),
-            *reading_options(words),
-            click.Option(["--decoded"], is_flag=True, help=words("convert.decoded")),
-            click.Option(
-                ["--mcap-fd-schema"],
-                type=OneOf(("ros2", "dataspeed"), words),
-                help=words("convert.fd_schema"),
-            ),
-            click.Option(["--mcap-archive"], is_flag=True, help=words("convert.archive")),
-            click.Option(["--force"], is_flag=True, help=words("opt.force")),
-        ],
+def run(one: Pass) -> int:
+    """Writes every frame in the other format."""
+    files, out = one.files, one.given["out"]
+    if out is None:
+        raise one.usage("convert.none")
+    if not files:
+        raise one.usage("convert.one", name=out, out="capture.mcap" if out.endswith(".log") else "capture.log")
+    where = _where(out, one.to, one.words)
+    wanted = {"--decoded": one.decoded, "--mcap-fd-schema": one.mcap_fd_schema, "--mcap-archive": one.mcap_archive}
+    for name in (name for name, value in wanted.items() if value and where.form != "mcap"):
+        raise one.usage("convert.mcap_only", option=name)
+    session = one.session(
+        format="convert",
+        to=where.written,
+        decoded=one.decoded,
+        mcap_fd_schema=one.mcap_fd_schema or "ros2",
+        mcap_archive=one.mcap_archive,
     )
+    itself = _is_input(out, files)
+    if itself and not one.force:
+        raise OutputError("convert.itself", name=out)
+    total = total_size(files)
+    name = one.words("convert.stdout") if out == STDOUT else os.fsencode(out).decode("utf-8", "backslashreplace")
+    output, losses = open_target(where, force=one.force)
+    one.progress = Progress(one.words, output, total)
+    code = 0
+    try:
+        with output:
+            code = one.read(session, output.write)
+            if session.frames == 0 or (itself and code):
+                raise _Unwanted
+            # Files that were not read to their ends must not look whole when written; a stream has no other end.
+            part = output.leave() if code >= 128 and total is not None else None
+    except _Unwanted:
+        if itself or code >= 128:
+            one.note("convert.kept" if itself else "output.dropped", name=name)
+        return code
+    for line in session.losses(name, dict(losses)):
+        complain(line)
+    if code >= 128:
+        one.note("output.part" if part else "convert.cut", name=name, part=part, frames=session.frames)
+    return code
 
 
 def _where(out: str, to: str | None, words: Words) -> Target:
-    """Give where it goes; a usage error where that cannot be."""
-    context = click.get_current_context()
+    """Returns where it goes; a usage error where that cannot be."""
     where = target(out, to)
     if where is None:
         if Path(out).is_dir():
@@ -121,19 +70,18 @@ def _where(out: str, to: str | None, words: Words) -> Target:
                 "output.write", name=out, error=IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
             )
         if out == STDOUT:
-            raise click.UsageError(words("convert.needs_to", choices=", ".join(forms())), context)
-        allowed, packed = " ".join(suffixes()), " ".join(compressions())
-        raise click.UsageError(words("convert.suffix", name=out, allowed=allowed, packed=packed), context)
+            raise usage(words, "convert.needs_to", choices=", ".join(forms()))
+        raise usage(words, "convert.suffix", name=out, allowed=" ".join(suffixes()), packed=" ".join(compressions()))
     if where.written == RECORDS and (where.compression or out == STDOUT):
         key = "convert.no_stdout" if out == STDOUT else "convert.no_compression"
-        raise click.UsageError(words(key, form=where.form, name=out), context)
+        raise usage(words, key, form=where.form, name=out)
     if out == STDOUT and not where.fits_terminal and os.isatty(1):
-        raise click.UsageError(words("convert.terminal", form=where.form), context)
+        raise usage(words, "convert.terminal", form=where.form)
     return where
 
 
 def _is_input(out: str, files: tuple[str, ...]) -> bool:
-    """Tell whether the file to be written is one of those that are read."""
+    """Returns true if the file to be written is one of those that are read."""
     try:
         written = Path(out).stat()
     except (OSError, ValueError):
@@ -145,3 +93,18 @@ def _is_input(out: str, files: tuple[str, ...]) -> bool:
         except (OSError, ValueError):
             continue
     return False
+
+
+command = pass_command(
+    "convert",
+    run,
+    argument("files", "IN", nargs=-1, type=ANY_PATH),
+    argument("out", "OUT", required=False, type=ANY_PATH),
+    option("--to", choices=forms, usual=0),
+    PROBLEM,
+    *READING,
+    option("--decoded"),
+    option("--mcap-fd-schema", choices=("ros2", "dataspeed"), key="convert.fd_schema"),
+    option("--mcap-archive", key="convert.archive"),
+    FORCE,
+)

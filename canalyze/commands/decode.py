@@ -1,96 +1,37 @@
 """`canalyze decode`: the annotated listing. It only passes bytes on; every word of a line is the core's."""
 
 import re
-from typing import Final, Unpack
+from typing import Final
 
-import click
-
-from canalyze.configuration.options import (
-    CaptureOptions,
-    capture_options,
-    clock,
-    depth_of,
-    filters_given,
-    inputs,
-    listing_options,
-    open_session,
-    problem_option,
-    spelled,
-)
-from canalyze.output import Progress, open_output, told
-from canalyze.output.help import Listing
-from canalyze.running.run import Run
-from canalyze.sources.file import total_size
-from canalyze.words import Words
+from canalyze.configuration.options import LISTING, PROBLEM, clock, depth_of, filters_given, option
+from canalyze.running.passes import Pass, capture_command
 
 _AROUND: Final = 10
 """Frames that are shown before and behind one that is asked for."""
 
 
-def command(words: Words) -> click.Command:
-    """Build the command in one language."""
-
-    def run(
-        files: tuple[str, ...],
-        brief: bool,
-        explain: bool,
-        form: str,
-        output: str | None,
-        force: bool,
-        expression: str | None,
-        time: str | None,
-        number: bool | None,
-        color: str,
-        around: tuple[str, ...],
-        frame: tuple[str, ...],
-        incidents: bool,
-        stamps: str,
-        **given: Unpack[CaptureOptions],
-    ) -> int:
-        depth = depth_of(form, words, brief=brief, explain=explain, number=number)
-        names = inputs(files, words)
-        if ranges := ",".join(around + frame):
-            expression = f"{expression or ''} frame={ranges}"
-        near = ranges != "" or "--problem" in filters_given()
-        with open_output(output, force=force, color=color, hangs=form == "text") as out:
-            text = form == "text"
-            session = open_session(
-                words,
-                given,
-                stamps=stamps,
-                incidents=incidents,
-                format=form,
-                depth=depth,
-                time=clock(time, form, output),
-                filter=expression,
-                numbered=text and (near or out.is_terminal) if number is None else number,
-                coloured=text and out.coloured,
-            )
-            total = total_size(names)
-            take = out.shown if text else out.write
-            code = Run(session, words, Progress(words, out, total), take, given).over(names)
-            told(code, out, words, stream=total is None, some=session.frames > 0)
-            if session.frames == 0:
-                out.drop()
-        return code
-
-    return Listing(
-        "decode",
-        words,
-        run,
-        [
-            *listing_options(words),
-            spelled(words, "--around", _around, "around", "N[:K]", "decode.around", multiple=True),
-            spelled(words, "--frame", _span, "frame", "A-B", "decode.frame", multiple=True),
-            click.Option(["--problems", "incidents"], is_flag=True, help=words("decode.problems")),
-            problem_option(words),
-            *capture_options(words),
-        ],
-    )
+def run(one: Pass) -> int:
+    """Lists every frame."""
+    text = one.form == "text"
+    depth = depth_of(one.form, one.words, brief=one.brief, explain=one.explain, number=one.number)
+    ranges = ",".join(one.around + one.frame)
+    near = ranges != "" or "--problem" in filters_given()
+    with one.opened(hangs=text) as out:
+        session = one.session(
+            incidents=one.incidents,
+            format=one.form,
+            depth=depth,
+            time=clock(one.time, one.form, one.output),
+            filter=f"{one.expression or ''} frame={ranges}" if ranges else one.expression,
+            numbered=text and (near or out.is_terminal) if one.number is None else one.number,
+            coloured=text and out.coloured,
+        )
+        code = one.read(session, out.shown if text else out.write)
+        return one.end(code, session.frames)
 
 
 def _around(text: str) -> str | None:
-    """Read `N` or `N:K`; give the range of frames as filters have it."""
+    """Reads `N` or `N:K`; returns the range of frames as filters have it."""
     if not (found := re.fullmatch(r"([1-9][0-9]{0,9})(?::([0-9]{1,9}))?", text)):
         return None
     number, near = int(found[1]), int(found[2] or _AROUND)
@@ -98,6 +39,17 @@ def _around(text: str) -> str | None:
 
 
 def _span(text: str) -> str | None:
-    """Read `A` or `A-B`; give it as it is."""
+    """Reads `A` or `A-B`; returns it as it is."""
     found = re.fullmatch(r"([1-9][0-9]{0,9})(?:-([1-9][0-9]{0,9}))?", text)
     return text if found and int(found[1]) <= int(found[2] or found[1]) else None
+
+
+command = capture_command(
+    "decode",
+    run,
+    *LISTING,
+    option("--around", "N[:K]", _around, "around", topic="chosen", multiple=True),
+    option("--frame", "A-B", _span, "frame", topic="chosen", multiple=True),
+    option("--problems incidents"),
+    PROBLEM,
+)

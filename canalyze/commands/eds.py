@@ -4,85 +4,68 @@ import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-import click
-
 from canalyze.configuration import network
-from canalyze.configuration.options import ANY_PATH, format_option, inputs, output_options, spelled
+from canalyze.configuration.options import ANY_PATH, FILES, OUTPUT, form, inputs, option, usage
 from canalyze.errors import CanalyzeError
 from canalyze.output import Output, complain, open_output
-from canalyze.output.help import Listing
+from canalyze.output.help import simple_command
 from canalyze.words import Words
 
 if TYPE_CHECKING:
     from canalyze.dictionary.model import Dictionary
 
 
-def command(words: Words) -> click.Command:
-    """Build the command in one language."""
+def run(
+    words: Words,
+    *,
+    files: tuple[str, ...],
+    node: int | None,
+    dbc: str | None,
+    every: bool,
+    form: str,
+    output: str | None,
+    force: bool,
+) -> int:
+    """Shows each description, or writes a DBC file of one."""
+    from canalyze.dictionary import load
 
-    def run(
-        files: tuple[str, ...],
-        node: int | None,
-        dbc: str | None,
-        every: bool,
-        form: str,
-        output: str | None,
-        force: bool,
-    ) -> int:
-        from canalyze.dictionary import load
-
-        names = inputs(files, words)
-        if dbc:
-            return _dbc(words, names, node, dbc, force=force, others={"--all": every, "--output": output is not None})
-        code = shown = 0
-        with open_output(output, force=force) as out:
-            show = _jsonl(out) if form == "jsonl" else _text(out, words, every)
-            for name in names:
-                try:
-                    found = load(name, node)
-                except CanalyzeError as error:
-                    complain(f"canalyze: {error.in_words(words)}")
-                    code = error.exit_code
-                    continue
-                if shown and form == "text":
-                    out.text("\n")
-                show(found)
-                shown += 1
-            if not shown:
-                out.drop()
-        return code
-
-    return Listing(
-        "eds",
-        words,
-        run,
-        [
-            click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="FILE"),
-            spelled(words, "--node", network.node, "node", "N", "eds.node"),
-            click.Option(["--dbc"], type=ANY_PATH, metavar="FILE", help=words("eds.dbc")),
-            click.Option(["--all", "every"], is_flag=True, help=words("eds.all")),
-            format_option(words, "eds"),
-            *output_options(words),
-        ],
-    )
+    names = inputs(files, words)
+    if dbc:
+        return _dbc(words, names, node, dbc, force=force, others={"--all": every, "--output": output is not None})
+    code = shown = 0
+    with open_output(output, force=force) as out:
+        show = _jsonl(out) if form == "jsonl" else _text(out, words, every)
+        for name in names:
+            try:
+                found = load(name, node)
+            except CanalyzeError as error:
+                complain(f"canalyze: {error.in_words(words)}")
+                code = error.exit_code
+                continue
+            if shown and form == "text":
+                out.text("\n")
+            show(found)
+            shown += 1
+        if not shown:
+            out.drop()
+    return code
 
 
 def _dbc(
     words: Words, names: tuple[str, ...], node: int | None, dbc: str, *, force: bool, others: dict[str, bool]
 ) -> int:
-    """Write the PDOs of one description, as the core knows them before a capture."""
+    """Writes the PDOs of one description, as the core knows them before a capture."""
     from canalyze import _core
     from canalyze.dictionary import load
     from canalyze.reports import dbc as report
 
-    context = click.get_current_context()
-    for option in (option for option, given in others.items() if given):
-        raise click.UsageError(words("usage.exclusive", one="--dbc", other=option), context)
+    for other in (other for other, given in others.items() if given):
+        raise usage(words, "usage.exclusive", one="--dbc", other=other)
     if len(names) > 1:
-        raise click.UsageError(words("eds.dbc_one"), context)
+        raise usage(words, "eds.dbc_one")
     found = load(names[0], node)
     if found.node is None:
-        raise click.UsageError(words("eds.dbc_node"), context)
+        raise usage(words, "eds.dbc_node")
     lines = _core.Network(descriptions=[(None, found.node, found.table)]).pdos().splitlines()
     with open_output(dbc, force=force) as out:
         report.write(out, words, dbc, [json.loads(line) for line in lines], lambda _, __, *at: found.entry(*at))
@@ -99,3 +82,16 @@ def _text(out: Output, words: Words, every: bool) -> "Callable[[Dictionary], Non
     from canalyze.reports.dictionary_text import show
 
     return lambda found: show(found, out, words, every=every)
+
+
+command = simple_command(
+    "eds",
+    run,
+    FILES,
+    option("--node", "N", network.node, "node", topic="chosen"),
+    option("--dbc", "FILE", type=ANY_PATH),
+    option("--all every", usual=0),
+    form("text", "jsonl"),
+    *OUTPUT,
+    paged=True,
+)

@@ -6,8 +6,9 @@ from typing import Final
 
 import click
 
+from canalyze.configuration.options import argument
 from canalyze.output import Output, complain
-from canalyze.output.help import Listing
+from canalyze.output.help import simple_command
 from canalyze.words import Words
 
 _WIDEST: Final = 110
@@ -17,27 +18,23 @@ _FILE_LINK: Final = re.compile(r"!?\[([^\]]+)\]\((?!https?:)[^)]*\)")
 _FENCE: Final = re.compile(r"^```(\w+)[^\n]*$", re.M)
 
 
-def command(words: Words) -> click.Command:
-    """Build the command in one language."""
+def run(words: Words, *, topic: str | None) -> int:
+    """Shows the topics, or the page of one."""
+    from canalyze import pages
 
-    def run(topic: str | None) -> int:
-        from canalyze import pages
-
-        out = Output()
-        if topic is None:
-            left = max(map(len, pages.TOPICS))
-            lines = [f"  {name:<{left}}  {pages.title(name, words.lang)}" for name in pages.TOPICS]
-            out.text("\n".join([words("help.topics"), *lines, words("help.try_them")]) + "\n")
-            return 0
-        found = pages.topic_of(topic)
-        if found is None:
-            complain(f"canalyze: {_unknown(topic, words)}")
-            return 2
-        text = _FENCE.sub(_plain, pages.page(found, words.lang))
-        out.text(_rendered(text) if out.is_terminal else text)
+    out = Output()
+    if topic is None:
+        left = max(map(len, pages.TOPICS))
+        lines = [f"  {name:<{left}}  {pages.title(name, words.lang)}" for name in pages.TOPICS]
+        out.text("\n".join([words("help.topics"), *lines, words("help.try_them")]) + "\n")
         return 0
-
-    return Listing("help", words, run, [click.Argument(["topic"], required=False, metavar="TOPIC", type=_Topic())])
+    found = pages.topic_of(topic)
+    if found is None:
+        complain(f"canalyze: {_unknown(topic, words)}")
+        return 2
+    text = _FENCE.sub(_plain, pages.page(found, words.lang))
+    out.text(_rendered(text) if out.is_terminal else text)
+    return 0
 
 
 class _Topic(click.types.StringParamType):
@@ -46,7 +43,7 @@ class _Topic(click.types.StringParamType):
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list["click.shell_completion.CompletionItem"]:
-        """Give the topics that begin so."""
+        """Returns the topics that begin so."""
         from click.shell_completion import CompletionItem
 
         from canalyze.pages import TOPICS
@@ -66,18 +63,18 @@ def _unknown(topic: str, words: Words) -> str:
 
 
 def _plain(fence: re.Match[str]) -> str:
-    """Give the line that opens a block without what only the tests of the pages need."""
+    """Returns the line that opens a block without what only the tests of the pages need."""
     return "```" if fence[1] in ("text", "console") else f"```{fence[1]}"
 
 
 def _asked_for(link: re.Match[str]) -> str:
-    """Give a link to another page as what shows that page here."""
+    """Returns a link to another page as what shows that page here."""
     asked = f"`canalyze help {link[2]}`"
     return asked if link[1] == link[2] else f"{link[1]} ({asked})"
 
 
 def _rendered(text: str) -> str:
-    """Lay the page out for this terminal; what it links to is named as it is asked for here."""
+    """Lays the page out for this terminal; what it links to is named as it is asked for here."""
     import io
 
     from rich.console import Console
@@ -91,3 +88,6 @@ def _rendered(text: str) -> str:
     console.print(Markdown(text, code_theme="ansi_dark", hyperlinks=False))
     assert isinstance(console.file, io.StringIO)
     return console.file.getvalue()
+
+
+command = simple_command("help", run, argument("topic", "TOPIC", required=False, type=_Topic()), paged=True)

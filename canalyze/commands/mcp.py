@@ -8,30 +8,24 @@ import signal
 from functools import partial
 from typing import Any
 
-import click
-
 from canalyze import __version__
-from canalyze.configuration.options import ANY_PATH
+from canalyze.configuration.options import ANY_PATH, argument
 from canalyze.errors import CanalyzeError
-from canalyze.output.help import Command
+from canalyze.output.help import simple_command
 from canalyze.words import Words
 
 
-def command(words: Words) -> click.Command:
-    """Build the command in one language."""
-
-    def run(folder: str) -> int:
-        try:
-            _serve(folder, words)
-        except ImportError as error:
-            raise CanalyzeError("mcp.missing") from error
-        return 0
-
-    return Command("mcp", words, run, [click.Argument(["folder"], type=ANY_PATH, metavar="DIR")])
+def run(words: Words, *, folder: str) -> int:
+    """Serves a folder."""
+    try:
+        _serve(folder, words)
+    except ImportError as error:
+        raise CanalyzeError("mcp.missing") from error
+    return 0
 
 
 def _serve(folder: str, words: Words) -> None:
-    """Serve until standard input ends; nothing but the protocol comes to standard output."""
+    """Serves until standard input ends; nothing but the protocol comes to standard output."""
     import anyio
     from mcp import types
     from mcp.server.lowlevel import Server
@@ -76,3 +70,6 @@ def _serve(folder: str, words: Words) -> None:
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, lambda got, _: os._exit(128 + got))
     anyio.run(serve)
+
+
+command = simple_command("mcp", run, argument("folder", "DIR", type=ANY_PATH))

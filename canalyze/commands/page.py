@@ -2,25 +2,25 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
-import click
-
-from canalyze.configuration.config import Config
 from canalyze.configuration.options import (
-    ANY_PATH,
+    BITRATE,
+    FILES,
+    FILTER,
+    OUTPUT,
+    READING,
     SHORT,
+    THREADS,
     CaptureOptions,
-    bitrate_option,
+    configured,
     known_of,
     open_session,
-    output_options,
-    reading_options,
 )
 from canalyze.errors import SourceError
 from canalyze.output import FileOutput, Output
-from canalyze.output.help import Command
 from canalyze.reports import wording
+from canalyze.running.passes import Pass, pass_command
 from canalyze.running.reading import Counted
 from canalyze.sources.format import open_capture
 from canalyze.sources.names import expanded
@@ -31,42 +31,20 @@ if TYPE_CHECKING:
     from canalyze.html import Part
 
 
-def command(words: Words) -> click.Command:
-    """Builds the command in one language."""
-
-    def run(
-        files: tuple[str, ...], output: str | None, force: bool, stamps: str, **given: Unpack[CaptureOptions]
-    ) -> int:
-        if output is None:
-            raise click.UsageError(words("page.needs_output"), click.get_current_context())
-        names = []
-        for one in expanded(files):
-            if one.error is not None:
-                raise one.error
-            names.append(one.name)
-        recordings = [tuple(names)] if given.get("merge") else [(name,) for name in names]
-        size = write(output, pieces(recordings, given, stamps, words), force=force)
-        name = wording.capture_name(output)
-        Output().text(words("page.written", name=name, megabytes=f"{size / 1e6:.1f}") + "\n")
-        return 0
-
-    return Command(
-        "page",
-        words,
-        run,
-        [
-            click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="FILE"),
-            *_reading_options(words),
-            bitrate_option(words),
-            *output_options(words),
-        ],
-    )
-
-
-def _reading_options(words: Words) -> Iterator[click.Parameter]:
-    """Returns how captures are read, as far as the page reads them again."""
-    left_out = {"expression", "threads", *(one.name for one in SHORT)}
-    return (one for one in reading_options(words) if one.name not in left_out)
+def run(one: Pass) -> int:
+    """Writes the page."""
+    if one.output is None:
+        raise one.usage("page.needs_output")
+    names = []
+    for found in expanded(one.files):
+        if found.error is not None:
+            raise found.error
+        names.append(found.name)
+    recordings = [tuple(names)] if one.merge else [(name,) for name in names]
+    size = write(one.output, pieces(recordings, one.given, one.stamps, one.words), force=one.force)
+    name = wording.capture_name(one.output)
+    Output().text(one.words("page.written", name=name, megabytes=f"{size / 1e6:.1f}") + "\n")
+    return 0
 
 
 def write(name: str, page: Iterable[bytes], *, force: bool) -> int:
@@ -96,7 +74,7 @@ def pieces(
     from canalyze import html
     from canalyze.configuration.descriptions import network_rows
 
-    filed = (click.get_current_context().find_object(Config) or Config()).known
+    filed = configured().known
     options: dict[str, Any] = {
         "stamps": stamps,
         "topics": list(given.get("topic", ())),
@@ -122,3 +100,9 @@ def _opened(
         except SourceError:
             if count:
                 raise
+
+
+# How captures are read, as far as the page reads them again.
+command = pass_command(
+    "page", run, FILES, *(row for row in READING if row not in (FILTER, THREADS, *SHORT)), BITRATE, *OUTPUT
+)

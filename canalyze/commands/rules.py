@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from canalyze.configuration.options import format_option
+from canalyze.configuration.options import argument, form
 from canalyze.output import Output, complain, jsonl
-from canalyze.output.help import Listing
+from canalyze.output.help import simple_command
 from canalyze.output.layout import definitions, wrap
 from canalyze.words import Words
 
@@ -20,44 +20,35 @@ _NEAR: Final = 0.6
 """Likeness from which on a code may be the one that was meant; 1 is the same."""
 
 
-def command(words: Words) -> click.Command:
-    """Build the command in one language."""
+def run(words: Words, *, codes: tuple[str, ...], form: str) -> int:
+    """Shows the rules that are asked for."""
+    from canalyze._core import rules
 
-    def run(codes: tuple[str, ...], form: str) -> int:
-        from canalyze._core import rules
-
-        catalogue = {rule.code: rule for rule in rules(words.lang)}
-        chosen: list[Rule] = []
-        code = 0
-        listed = not codes
-        for wanted in codes:
-            if rule := catalogue.get(wanted.upper()):
-                chosen.append(rule)
-            elif family := [rule for rule in catalogue.values() if wanted and rule.code.startswith(wanted.upper())]:
-                chosen += family
-                listed = True
-            else:
-                complain(f"canalyze: {_unknown(wanted, list(catalogue), words)}")
-                code = 2
-        if not codes:
-            chosen = list(catalogue.values())
-        out = Output()
-        if form == "jsonl":
-            for rule in chosen:
-                fields = {field: getattr(rule, field) for field in _FIELDS}
-                out.write(jsonl.line({"kind": "rule", **fields}))
-        elif listed:
-            _list(chosen, out, words)
+    catalogue = {rule.code: rule for rule in rules(words.lang)}
+    chosen: list[Rule] = []
+    code = 0
+    listed = not codes
+    for wanted in codes:
+        if rule := catalogue.get(wanted.upper()):
+            chosen.append(rule)
+        elif family := [rule for rule in catalogue.values() if wanted and rule.code.startswith(wanted.upper())]:
+            chosen += family
+            listed = True
         else:
-            out.text("\n".join(_page(rule, words) for rule in chosen))
-        return code
-
-    return Listing(
-        "rules",
-        words,
-        run,
-        [format_option(words, "rules"), click.Argument(["codes"], nargs=-1, metavar="CODE", type=_Code())],
-    )
+            complain(f"canalyze: {_unknown(wanted, list(catalogue), words)}")
+            code = 2
+    if not codes:
+        chosen = list(catalogue.values())
+    out = Output()
+    if form == "jsonl":
+        for rule in chosen:
+            fields = {field: getattr(rule, field) for field in _FIELDS}
+            out.write(jsonl.line({"kind": "rule", **fields}))
+    elif listed:
+        _list(chosen, out, words)
+    else:
+        out.text("\n".join(_page(rule, words) for rule in chosen))
+    return code
 
 
 class _Code(click.types.StringParamType):
@@ -66,7 +57,7 @@ class _Code(click.types.StringParamType):
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list["click.shell_completion.CompletionItem"]:
-        """Give the codes that begin so."""
+        """Returns the codes that begin so."""
         from click.shell_completion import CompletionItem
 
         from canalyze._core import rules
@@ -103,5 +94,10 @@ def _page(rule: "Rule", words: Words) -> str:
 
 
 def _clause(clause: str, words: Words) -> str:
-    """Give a clause in no language: "to" between two of them becomes a sign."""
+    """Returns a clause in no language: "to" between two of them becomes a sign."""
     return words("rules.no_clause") if clause in ("", "-") else clause.replace(" to ", " ~ ")
+
+
+command = simple_command(
+    "rules", run, form("text", "jsonl"), argument("codes", "CODE", nargs=-1, type=_Code()), paged=True
+)

@@ -1,266 +1,71 @@
 """`canalyze sdo`: one row a transfer, and their data as files. What a transfer is, the core says."""
 
-import json
-from collections.abc import Callable
-from typing import Any, Final, Unpack
+from typing import Final
 
-import click
-
-from canalyze.configuration.options import (
-    ANY_PATH,
-    CaptureOptions,
-    capture_options,
-    clock,
-    color_option,
-    format_option,
-    inputs,
-    open_session,
-    problem_option,
-    time_option,
-)
-from canalyze.output import Output, Progress, complain, open_output, told
-from canalyze.output.help import Listing
-from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
-from canalyze.running.run import Run
-from canalyze.sources.file import total_size
-from canalyze.words import Words
+from canalyze.configuration.options import ANY_PATH, CLOCK, COLOR, PROBLEM, clock, form, option
+from canalyze.running.passes import Pass, capture_command
 
 FORMS: Final = {"text": "transfers-text", "jsonl": "transfers", "csv": "transfers-csv"}
-"""What --format is called in the core."""
+"""The core's names of the values of --format."""
 HEADINGS: Final = {"text": 0, "jsonl": 0, "csv": 1}
 """Lines that are no transfer."""
-RIGHT: Final = frozenset({"number", "time", "node", "size", "duration", "frames"})
-FOLDING: Final = frozenset({"value", "outcome", "findings"})
-LEAVING: Final = (
-    *(("bus", 1), ("name", 2), ("frames", 3), ("size", 4), ("time", 5)),
-    *(("mode", SPARE), ("number", SPARE + 1), ("duration", SPARE + 3), ("direction", SPARE + 4)),
-    *(("node", SPARE + 5), ("findings", SPARE + 6)),
-)
-"""In which order columns leave a terminal that is too narrow; time and direction become shorter first."""
-_COLOURS: Final = {"aborted": "error", "failed": "error", "incomplete": "warning"}
-"""Of outcomes."""
-COLUMNS: Final = (
-    *("number", "time", "bus", "node", "direction", "object", "name", "value", "size", "mode", "duration"),
-    *("outcome", "findings", "frames"),
-)
 
 
-def command(words: Words) -> click.Command:
-    """Build the command in one language."""
+def run(one: Pass) -> int:
+    """Lists every transfer, and takes their data out."""
+    time = clock(one.time, one.form, one.output)
+    session = one.session(format=FORMS[one.form], time=time, extract=one.extract is not None)
+    rows = -HEADINGS[one.form]
 
-    def run(
-        files: tuple[str, ...],
-        form: str,
-        extract: str | None,
-        output: str | None,
-        force: bool,
-        expression: str | None,
-        time: str | None,
-        color: str,
-        stamps: str,
-        **given: Unpack[CaptureOptions],
-    ) -> int:
-        names = inputs(files, words)
-        shown_time = clock(time, form, output)
-        session = open_session(
-            words,
-            given,
-            format=FORMS[form],
-            stamps=stamps,
-            filter=expression,
-            time=shown_time,
-            extract=extract is not None,
-        )
-        rows = -HEADINGS[form]
-        with open_output(output, force=force, color=color) as out:
-            total = total_size(names)
-            progress = Progress(words, out, total)
-            put, close = (
-                _table(words, out, live=total is None, moments=time is None, since_start=shown_time == "z")
-                if form == "text"
-                else (out.write, _nothing)
-            )
+    with one.opened() as out:
+        table = directory = None
+        if one.form == "text":
+            from canalyze.reports.sdo_text import Transfers
 
-            def take(result: bytes) -> None:
-                nonlocal rows
-                if rows <= 0:
-                    rows += result.count(b"\n")
-                put(result)
-                if directory is not None:
-                    directory.add(session.extracted())
+            live = one.total is None
+            table = Transfers(one.words, out, live=live, moments=one.time is None, since_start=time == "z")
+        if one.extract is not None:
+            from canalyze.reports.extract import Directory
 
-            def tell(line: str) -> None:
-                progress.clear()
-                complain(f"canalyze: {line}")
+            directory = Directory(one.extract, one.words, one.complain, force=one.force)
 
-            directory = None
-            if extract is not None:
-                from canalyze.reports.extract import Directory
+        def take(result: bytes) -> None:
+            nonlocal rows
+            if rows <= 0:
+                rows += result.count(b"\n")
+            (table.put if table else out.write)(result)
+            if directory is not None:
+                directory.add(session.extracted())
 
-                directory = Directory(extract, words, tell, force=force)
-            try:
-                code = Run(session, words, progress, take, given).over(names)
-            finally:
-                if directory is not None:
-                    directory.close()
-            close()
-            if directory is not None and form != "csv":
-                _files(directory.described(), out, words, as_json=form == "jsonl")
-            told(code, out, words, stream=total is None, some=session.frames > 0)
-            if session.frames == 0:
-                out.drop()
-        if rows <= 0 and session.frames:
-            tell(words("sdo.none", frames=session.frames))
-        if directory is not None:
-            if session.frames:
-                tell(words("sdo.extracted", files=directory.written, directory=extract))
-                if directory.holed:
-                    tell(words("sdo.holed", files=directory.holed))
-            code = code or directory.code
-        return code
-
-    return Listing(
-        "sdo",
-        words,
-        run,
-        [
-            format_option(words, "sdo", tuple(FORMS)),
-            time_option(words, "opt.clock"),
-            color_option(words),
-            click.Option(["--extract"], type=ANY_PATH, metavar="DIR", help=words("sdo.extract")),
-            problem_option(words),
-            *capture_options(words),
-        ],
-    )
-
-
-def _files(files: list[dict[str, Any]], out: Output, words: Words, *, as_json: bool) -> None:
-    """List what was taken out and is a file for who uses the device."""
-    if as_json:
-        out.write("".join(json.dumps(file) + "\n" for file in files).encode())
-    elif files:
-        from canalyze.reports.file_table import show
-
-        out.text("\n")
-        show(files, out, words)
-
-
-def _nothing() -> None:
-    """Lines are written as they come."""
-
-
-def _table(
-    words: Words, out: Output, *, live: bool, moments: bool, since_start: bool
-) -> tuple[Callable[[bytes], None], Callable[[], None]]:
-    table = Table(columns(words, moments=moments, since_start=since_start), out, live=live)
-
-    def put(result: bytes) -> None:
-        table.add([row(json.loads(line), words) for line in result.splitlines()])
-
-    return put, table.close
-
-
-def columns(words: Words, *, moments: bool = True, since_start: bool = False) -> list[Column]:
-    """Return the columns of the table.
-
-    moments: times are not asked for: they may become shorter, and leave. since_start: they are short already.
-    """
-    leaving = dict(LEAVING)
-    made = {
-        key: Column(words(f"col.{key}"), right=key in RIGHT, folds=key in FOLDING, leaves=leaving.get(key, 0))
-        for key in COLUMNS
-    }
-    for key in ("bus", "node"):
-        made[key] = made[key]._replace(if_alike=True)
-    if moments and since_start:
-        made["time"] = made["time"]._replace(leaves=SPARE + 2)
-    elif moments:
-        made["time"] = made["time"]._replace(
-            short_heading=words("col.relative"), shorten=_relative, short_leaves=SPARE + 2
-        )
-    else:
-        made["time"] = made["time"]._replace(leaves=0)
-    ill = {words(f"status.{status}"): colour for status, colour in _COLOURS.items()}
-    made["outcome"] = made["outcome"]._replace(
-        colour=lambda cell: next((colour for said, colour in ill.items() if cell.startswith(said)), "")
-    )
-    briefly = {words(f"direction.{value}"): words(f"access.{value}") for value in ("upload", "download")}
-    made["direction"] = made["direction"]._replace(
-        short_heading=words("col.read_write"), shorten=lambda _: lambda cell: briefly.get(cell, cell)
-    )
-    return list(made.values())
-
-
-def row(transfer: dict[str, Any], words: Words) -> Row:
-    """Give the cells of one transfer, and its first frame as its order."""
-    cells = [
-        _cell(transfer.get("transfer")),
-        _cell(transfer.get("t")),
-        _cell(transfer.get("bus")),
-        _node(transfer),
-        words.of("direction", _cell(transfer.get("direction"))),
-        _object(transfer),
-        _cell(transfer.get("name")),
-        _cell(transfer.get("value") if transfer.get("text") is None else transfer["text"]),
-        _cell(transfer.get("size")),
-        words.of("mode", _cell(transfer.get("mode"))),
-        _duration(transfer.get("duration")),
-        _outcome(transfer, words),
-        " ".join(transfer.get("findings") or ()),
-        _frames(transfer),
-    ]
-    return Row([cell or EMPTY for cell in cells], int(transfer.get("first_frame") or 0))
-
-
-def _relative(times: list[str]) -> Callable[[str], str]:
-    """Give how a time is written relative to the first one: in seconds, with the digits it has."""
-    from decimal import Decimal, InvalidOperation
-
-    first = next((Decimal(time) for time in times if time != EMPTY), Decimal(0))
-
-    def write(time: str) -> str:
         try:
-            return f"{Decimal(time) - first:f}"
-        except InvalidOperation:
-            return time
+            code = one.read(session, take)
+        finally:
+            if directory is not None:
+                directory.close()
+        if table:
+            table.close()
+        if directory is not None and one.form != "csv":
+            from canalyze.reports.sdo_text import list_files
 
-    return write
-
-
-def _cell(value: object) -> str:
-    return "" if value is None else str(value)
-
-
-def _node(transfer: dict[str, Any]) -> str:
-    """Give the server; of a USDO transfer also its client before it and its session behind it."""
-    node, client = _cell(transfer.get("node")), transfer.get("client")
-    return node if client is None else f"{client} -> {node} ({transfer.get('session')})"
-
-
-def _object(transfer: dict[str, Any]) -> str:
-    index, sub = transfer.get("index"), transfer.get("sub")
-    if index is None:
-        return ""
-    return f"{index}h" if sub is None else f"{index}h:{int(sub):02X}"
+            list_files(directory.described(), out, one.words, as_json=one.form == "jsonl")
+        one.end(code, session.frames)
+    if rows <= 0 and session.frames:
+        one.note("sdo.none", frames=session.frames)
+    if directory is not None:
+        if session.frames:
+            one.note("sdo.extracted", files=directory.written, directory=one.extract)
+            if directory.holed:
+                one.note("sdo.holed", files=directory.holed)
+        code = code or directory.code
+    return code
 
 
-def _duration(seconds: object) -> str:
-    try:
-        return "" if seconds is None else f"{float(str(seconds)) * 1000:.3f} ms"
-    except ValueError:
-        return str(seconds)
-
-
-def _outcome(transfer: dict[str, Any], words: Words) -> str:
-    said = words.of("status", _cell(transfer.get("status")))
-    abort = transfer.get("abort")
-    if not abort:
-        return said
-    by = words.of("by", _cell(abort.get("by")))
-    code = f"{abort['code']}h" if abort.get("code") is not None else ""
-    return " ".join(part for part in (said, by and f"({by})", code, _cell(abort.get("text"))) if part)
-
-
-def _frames(transfer: dict[str, Any]) -> str:
-    first, last = _cell(transfer.get("first_frame")), _cell(transfer.get("last_frame"))
-    return first if first == last or not last else f"{first}-{last}"
+command = capture_command(
+    "sdo",
+    run,
+    form(*FORMS),
+    CLOCK,
+    COLOR,
+    option("--extract", "DIR", usual=0, type=ANY_PATH),
+    PROBLEM,
+)

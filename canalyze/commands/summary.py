@@ -1,70 +1,25 @@
 """`canalyze summary`: a capture in figures. What is counted and measured, the core says, all of it at the end."""
 
 import json
-from typing import Unpack
 
-import click
-
-from canalyze.configuration.options import (
-    CaptureOptions,
-    bitrate_option,
-    capture_options,
-    color_option,
-    format_option,
-    inputs,
-    open_session,
-    problem_option,
-    time_option,
-)
-from canalyze.output import Progress, open_output, told
-from canalyze.output.help import Listing
-from canalyze.running.run import Run
-from canalyze.sources.file import total_size
-from canalyze.words import Words
+from canalyze.configuration.options import BITRATE, COLOR, PROBLEM, TIME, form
+from canalyze.running.passes import Pass, capture_command
 
 
-def command(words: Words) -> click.Command:
-    """Build the command in one language."""
+def run(one: Pass) -> int:
+    """Reads, then shows."""
+    session = one.session(format="summary")
+    with one.opened() as out:
+        results: list[bytes] = []
+        code = one.read(session, results.append)
+        records = b"".join(results)
+        if one.form == "jsonl":
+            out.write(records)
+        else:
+            from canalyze.reports.summary_text import show
 
-    def run(
-        files: tuple[str, ...],
-        form: str,
-        output: str | None,
-        force: bool,
-        expression: str | None,
-        time: str | None,
-        color: str,
-        stamps: str,
-        **given: Unpack[CaptureOptions],
-    ) -> int:
-        names = inputs(files, words)
-        session = open_session(words, given, format="summary", stamps=stamps, filter=expression, time=time)
-        with open_output(output, force=force, color=color) as out:
-            results: list[bytes] = []
-            total = total_size(names)
-            code = Run(session, words, Progress(words, out, total), results.append, given).over(names)
-            records = b"".join(results)
-            if form == "jsonl":
-                out.write(records)
-            else:
-                from canalyze.reports.summary_text import show
+            show(map(json.loads, records.splitlines()), out, one.words, moments=one.time is None)
+        return one.end(code, records)
 
-                show(map(json.loads, records.splitlines()), out, words, moments=time is None)
-            told(code, out, words, stream=total is None, some=bool(records))
-            if not records:
-                out.drop()
-        return code
 
-    return Listing(
-        "summary",
-        words,
-        run,
-        [
-            format_option(words, "summary"),
-            time_option(words),
-            color_option(words),
-            bitrate_option(words),
-            problem_option(words),
-            *capture_options(words),
-        ],
-    )
+command = capture_command("summary", run, form("text", "jsonl"), TIME, COLOR, BITRATE, PROBLEM)

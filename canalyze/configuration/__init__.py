@@ -1,4 +1,4 @@
-"""What the user has said before a capture is read: canalyze.toml, options, what is known of the network.
+"""Everything that is set before a capture is read: canalyze.toml, options, the known network.
 
 Must not: read a capture.
 """

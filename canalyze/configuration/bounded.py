@@ -17,7 +17,7 @@ _SHOWN: Final = 200
 
 
 def content(path: Path) -> bytes:
-    """Read a file; OSError as the system has it, ConfigError where it is too large."""
+    """Reads a file; OSError as the system has it, ConfigError where it is too large."""
     with path.open("rb") as file:
         read = file.read(MOST + 1)
     if len(read) > MOST:
@@ -26,7 +26,7 @@ def content(path: Path) -> bytes:
 
 
 def checked(path: Path, read: Callable[[bytes, str], T], unreadable: str) -> T:
-    """Give what the core's reader makes of a file; ConfigError for what is wrong with it, or in words `unreadable`."""
+    """Returns a file as the core reads it; ConfigError for an error in it, `unreadable` if it cannot be opened."""
     from canalyze._core import SettingsError
 
     try:
@@ -41,5 +41,5 @@ def checked(path: Path, read: Callable[[bytes, str], T], unreadable: str) -> T:
 
 
 def short(text: str) -> str:
-    """Give a text as one line can show it."""
+    """Returns a text as one line can show it."""
     return text if len(text) <= _SHOWN else text[: _SHOWN - 1] + "…"

@@ -19,22 +19,22 @@ FILE: Final = "canalyze.toml"
 
 
 class Config(NamedTuple):
-    """What holds for the whole run."""
+    """The settings of the whole run."""
 
     lang: str = "zh"
     """zh or en."""
     chosen: bool = False
-    """Whether anybody chose the language: then it stands, whatever the terminal can show."""
+    """True if the language was chosen: it is used whatever the terminal can show."""
     known: network.Known = network.Known()
-    """What canalyze.toml says of the network; options may overrule it."""
+    """The network of canalyze.toml; options may overrule it."""
     check: "Policy | None" = None
-    """What canalyze.toml says of findings; options may overrule it."""
+    """The [check] of canalyze.toml; options may overrule it."""
     pager: bool = True
     """False with --no-pager."""
 
 
 def settle(lang: str | None, file: str | None) -> Config:
-    """Decide by option, CANALYZE_LANG, file and the user's file, in that order; ConfigError for what cannot be."""
+    """Decides by option, CANALYZE_LANG, file and the user's file, in that order; ConfigError for what cannot be."""
     given = language(lang)
     if lang is not None and given is None:
         raise ConfigError("config.lang_option", value=lang or '""')
@@ -47,19 +47,19 @@ def settle(lang: str | None, file: str | None) -> Config:
 
 
 def spoken(lang: str | None) -> Config:
-    """Give what holds where the file does not count (a ConfigError, help): the first valid choice that needs none."""
+    """Returns the settings without a file (after a ConfigError, for help): the first valid choice that needs none."""
     choice = language(lang) or language(os.environ.get("CANALYZE_LANG"))
     return Config(lang=choice or "zh", chosen=choice is not None)
 
 
 def language(value: str | None) -> str | None:
-    """Give the language that is meant by one of LANGUAGES in any case, or by a locale such as zh_CN.UTF-8."""
+    """Returns the language that is meant by one of LANGUAGES in any case, or by a locale such as zh_CN.UTF-8."""
     name = re.split("[_.@-]", value or "", maxsplit=1)[0].lower()
     return name if name in LANGUAGES else None
 
 
 def own_file() -> str | None:
-    """Return where the user's own file would be; None where the system has no place for it."""
+    """Returns where the user's own file would be; None where the system has no place for it."""
     if sys.platform == "win32":
         folder = os.environ.get("APPDATA", "")
     else:
@@ -68,7 +68,7 @@ def own_file() -> str | None:
 
 
 def own_language() -> str | None:
-    """Return the language in the user's own file; None without one. ConfigError if there is anything else in it."""
+    """Returns the language in the user's own file; None without one. ConfigError if there is anything else in it."""
     file = own_file()
     if file is None or not os.path.lexists(file):
         return None
@@ -79,7 +79,7 @@ def own_language() -> str | None:
 
 
 def read(file: str | None) -> Config:
-    """Read the named file, or canalyze.toml of the current directory if there is one."""
+    """Reads the named file, or canalyze.toml of the current directory if there is one."""
     if file is None and not os.path.lexists(FILE):
         return Config()
     from pathlib import Path

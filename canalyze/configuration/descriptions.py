@@ -1,4 +1,4 @@
-"""What is known of a network -> the core's `Network`: reads each device description once and says what is odd about it.
+"""The known network as the core's `Network`: reads each device description once and reports its defects.
 
 The core and python-canopen are imported only where something is known, and where a description is given.
 """
@@ -28,7 +28,7 @@ def network(
     say: Callable[[str], None] = complain,
     read: "dict[str, Dictionary] | None" = None,
 ) -> "_core.Network | None":
-    """Give what the core is to know, None for nothing; `given` (options) overrules `filed` (canalyze.toml).
+    """Returns what the core is to know, None for nothing; `given` (options) overrules `filed` (canalyze.toml).
 
     words: what is odd about a description is said in them, a line each to `say`; None: it was said before. read: has
     descriptions that are no files, by their names, and gets those that are read. SourceError
@@ -52,7 +52,7 @@ def network(
 
 
 def network_rows(filed: Known, given: Known, read: "dict[str, Dictionary] | None" = None) -> dict[str, Any]:
-    """Return the same as plain rows for a core that is elsewhere. Defects of descriptions are not reported."""
+    """Returns the same as plain rows for a core that is elsewhere. Defects of descriptions are not reported."""
     from canalyze.dictionary.library import arguments
 
     known = filed.overruled(given)
@@ -71,12 +71,12 @@ def network_rows(filed: Known, given: Known, read: "dict[str, Dictionary] | None
 
 
 def _in_64_bits(rows: "list[Row]") -> "list[Row]":
-    """Return rows whose values are the numbers of 64 bits that the core makes of them."""
+    """Returns rows whose values are the numbers of 64 bits that the core makes of them."""
     return [(*row[:5], None if row[5] is None else row[5] & (1 << 64) - 1, *row[6:]) for row in rows]
 
 
 def _further(known: Known) -> dict[str, Any]:
-    """Return what is known beside descriptions, by the arguments of the core."""
+    """Returns what is known beside descriptions, by the arguments of the core."""
     return {
         "cobs": [(_name(cob.bus), *cob.can_id, cob.node, cob.direction, cob.number) for cob in known.cobs],
         "values": [(_name(pdo.bus), pdo.node, *value) for pdo in known.pdos for value in pdo.objects],
@@ -90,7 +90,7 @@ def _further(known: Known) -> dict[str, Any]:
 
 
 def carriers(filed: Known, given: Known, read: "dict[str, Dictionary]") -> dict[Carrier, str]:
-    """Settle which node carries which file; what is read goes to `read`, by the name of its file.
+    """Returns the file of each node; what is read goes to `read`, by the name of its file.
 
     An option for a node puts aside what canalyze.toml says of it; two files of one origin for one node are an error.
     """
@@ -118,12 +118,27 @@ def carriers(filed: Known, given: Known, read: "dict[str, Dictionary]") -> dict[
     return chosen
 
 
+def carried(filed: Known, given: Known, read: "dict[str, Dictionary]", bus: str | None, node: int) -> str | None:
+    """Returns the file that describes a node; None without one, or where no description was read."""
+    found = carriers(filed, given, read) if read else {}
+    return found.get((bus, node), found.get((None, node)))
+
+
+def described(name: str, node: int | None, words: Words) -> "Dictionary":
+    """Returns a description that is compared, and reports what is odd about it."""
+    from canalyze.dictionary import load
+
+    found = load(name, node)
+    say_defects(found, words)
+    return found
+
+
 def _among(chosen: frozenset[Carrier], bus: str | None, node: int) -> bool:
     return (None, node) in chosen or (bus, node) in chosen
 
 
 def _say_other_nodes(found: "Dictionary", nodes: list[int], words: Words, say: Callable[[str], None]) -> None:
-    """Say that a DCF is used for other nodes than its own."""
+    """Reports that a DCF is used for other nodes than its own."""
     others = sorted({node for node in nodes if node != found.node})
     if found.form == "dcf" and found.node is not None and others:
         shown = ", ".join(map(str, others))
@@ -131,7 +146,7 @@ def _say_other_nodes(found: "Dictionary", nodes: list[int], words: Words, say: C
 
 
 def say_defects(found: "Dictionary", words: Words, say: Callable[[str], None] = complain) -> None:
-    """Say in one line what was odd about a file."""
+    """Reports the defects of a file in one line."""
     import shlex
     from collections import Counter
 
@@ -139,7 +154,7 @@ def say_defects(found: "Dictionary", words: Words, say: Callable[[str], None] = 
 
     effects: Counter[str] = Counter()
     for defect in found.defects:
-        if defect.code == "more":  # stands for many that are not listed
+        if defect.code == "more":  # further ones that are not listed
             effects[EFFECTS[str(defect.facts["code"])]] += int(str(defect.facts["count"]))
         else:
             effects[defect.effect] += 1
@@ -151,5 +166,5 @@ def say_defects(found: "Dictionary", words: Words, say: Callable[[str], None] = 
 
 
 def _name(bus: str | None) -> str | None:
-    """Give the name of a bus as text, also where the command line had bytes that are none."""
+    """Returns the name of a bus as text, also where the command line had bytes that are no UTF-8."""
     return None if bus is None else os.fsencode(bus).decode("utf-8", "backslashreplace")

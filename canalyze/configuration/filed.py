@@ -13,7 +13,7 @@ from canalyze.configuration.config import Config
 
 
 def read(path: Path) -> Config:
-    """Read a canalyze.toml and check every key."""
+    """Reads a canalyze.toml and checks every key."""
     said = bounded.checked(path, _core.settings, "config.unreadable")
     known = network.Known(
         tuple(

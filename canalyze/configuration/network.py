@@ -1,4 +1,4 @@
-"""What a user says of a network before its capture is read: the values behind the options and behind canalyze.toml.
+"""The network as options and canalyze.toml describe it before its capture is read.
 
 Values only: nothing here opens a file or prints. How a node, an identifier or a time is spelled the core knows
 (`settings/spelled.rs`), which is loaded when the first one is read. A text that cannot be read is None; whoever has the
@@ -40,7 +40,7 @@ class Cob(NamedTuple):
     number: int
 
     def overrules(self, other: "Cob") -> bool:
-        """Tell whether both cannot hold: one PDO has one identifier, one identifier has one producer."""
+        """Returns true if both cannot hold: one PDO has one identifier, one identifier has one producer."""
         if not _covers(self.bus, other.bus):
             return False
         same_pdo = (self.node, self.direction, self.number) == (other.node, other.direction, other.number)
@@ -59,12 +59,12 @@ class PdoMapping(NamedTuple):
     """Index, sub-index and value of each object of its mapping parameter."""
 
     def overrules(self, other: "PdoMapping") -> bool:
-        """Return true if both cannot hold."""
+        """Returns true if both cannot hold."""
         return _covers(self.bus, other.bus) and self[1:4] == other[1:4]
 
 
 class NodeProfile(NamedTuple):
-    """The profile of nodes that nobody describes."""
+    """The profile of nodes without a description."""
 
     bus: str | None
     nodes: tuple[int, ...]
@@ -82,7 +82,7 @@ class SdoChannel(NamedTuple):
     node: int
 
     def overrules(self, other: "SdoChannel") -> bool:
-        """Tell whether both cannot hold: an identifier belongs to one channel."""
+        """Returns true if both cannot hold: an identifier belongs to one channel."""
         shared = {self.client, self.server} & {other.client, other.server}
         return bool(shared) and _covers(self.bus, other.bus)
 
@@ -102,7 +102,7 @@ class Known(NamedTuple):
     profiles: tuple[NodeProfile, ...] = ()
 
     def overruled(self, by: "Known") -> "Known":
-        """Give what holds of both; descriptions of both, for which node a DCF names is not known yet."""
+        """Returns what holds of both; descriptions of both, as the node of a DCF is not known yet."""
 
         def first(one: int | None, other: int | None) -> int | None:
             return other if one is None else one
@@ -125,21 +125,21 @@ def _covers(bus: str | None, other: str | None) -> bool:
 
 
 def node(text: str) -> int | None:
-    """Read a node-ID."""
+    """Reads a node-ID."""
     from canalyze import _core
 
     return _core.node(text)
 
 
 def nodes(text: str) -> tuple[int, ...] | None:
-    """Read node-IDs: a list of single ones and of ranges such as 1-4."""
+    """Reads node-IDs: a list of single ones and of ranges such as 1-4."""
     from canalyze import _core
 
     return _core.nodes(text)
 
 
 def no_node(text: str, form: str) -> str | None:
-    """Give the number that stands for a node-ID and is none, such as the 200 of `200=drive.eds`; None if none does.
+    """Returns a number in place of a node-ID that cannot be one, such as the 200 of `200=drive.eds`; None without one.
 
     form: what was to be read: eds (the node before the sign), cob or sdo (behind it).
     """
@@ -149,7 +149,7 @@ def no_node(text: str, form: str) -> str | None:
 
 
 def can_id(text: str) -> CanId | None:
-    """Read an identifier: up to three hexadecimal digits, or eight for the 29-bit format."""
+    """Reads an identifier: up to three hexadecimal digits, or eight for the 29-bit format."""
     from canalyze import _core
 
     found = _core.can_id(text)
@@ -157,42 +157,42 @@ def can_id(text: str) -> CanId | None:
 
 
 def pdo(text: str) -> tuple[Literal["tpdo", "rpdo"], int] | None:
-    """Read the name of a PDO, such as TPDO1."""
+    """Reads the name of a PDO, such as TPDO1."""
     from canalyze import _core
 
     return _core.pdo(text)
 
 
 def address(text: str) -> tuple[int, int | None] | None:
-    """Read index and sub-index of an object, 1017:00 in hexadecimal (1017h:0, 0x1017:00); no sub-index: all of them."""
+    """Reads index and sub-index of an object in hexadecimal, 1017:00 (1017h:0, 0x1017:00); no sub-index: all."""
     from canalyze import _core
 
     return _core.address(text)
 
 
 def period(text: str) -> int | None:
-    """Read a time above zero, in microseconds or with the suffix us, ms or s; give it in nanoseconds."""
+    """Reads a time above zero, in microseconds or with the suffix us, ms or s; returns nanoseconds."""
     return tolerance(text) or None
 
 
 def tolerance(text: str) -> int | None:
-    """Read a time as `period` does, or zero."""
+    """Reads a time as `period` does, or zero."""
     from canalyze import _core
 
     return _core.tolerance(text)
 
 
 def bit_rate(text: str) -> int | None:
-    """Read a bit rate in bit/s, or with the suffix k or M."""
+    """Reads a bit rate in bit/s, or with the suffix k or M."""
     from canalyze import _core
 
     return _core.bit_rate(text)
 
 
 def description(text: str) -> Description | None:
-    """Read [BUS:]NODES=FILE, or FILE alone.
+    """Reads [BUS:]NODES=FILE, or FILE alone.
 
-    What stands before the first "=" is part of the file's name only where it has a "/" and reads as no nodes.
+    The text before the first "=" is part of the file's name only where it has a "/" and reads as no nodes.
     """
     left, equals, file = text.partition("=")
     bus, carriers = _on_bus(left)
@@ -205,7 +205,7 @@ def description(text: str) -> Description | None:
 
 
 def cob(text: str) -> Cob | None:
-    """Read [BUS:]ID=NODE.PDO."""
+    """Reads [BUS:]ID=NODE.PDO."""
     left, _, right = text.partition("=")
     bus, identifier = _on_bus(left)
     producer, _, name = right.partition(".")
@@ -216,7 +216,7 @@ def cob(text: str) -> Cob | None:
 
 
 def pdo_mapping(text: str) -> PdoMapping | None:
-    """Read [BUS:]PDO=INDEX[:SUB]:BITS,..., the PDO as a CAN-ID of the pre-defined connection set or as NODE.TPDO1."""
+    """Reads [BUS:]PDO=INDEX[:SUB]:BITS,..., the PDO as a CAN-ID of the pre-defined connection set or as NODE.TPDO1."""
     from canalyze import _core
 
     left, equals, right = text.partition("=")
@@ -229,7 +229,7 @@ def pdo_mapping(text: str) -> PdoMapping | None:
 
 
 def profile(text: str) -> NodeProfile | None:
-    """Read [BUS:]NODES=PROFILE."""
+    """Reads [BUS:]NODES=PROFILE."""
     from canalyze import _core
 
     left, _, right = text.partition("=")
@@ -239,7 +239,7 @@ def profile(text: str) -> NodeProfile | None:
 
 
 def sdo_channel(text: str) -> SdoChannel | None:
-    """Read [BUS:]CLIENT,SERVER=NODE."""
+    """Reads [BUS:]CLIENT,SERVER=NODE."""
     left, _, right = text.partition("=")
     bus, identifiers = _on_bus(left)
     client, server = (can_id(part.strip()) for part in (identifiers.partition(",")[::2]))
@@ -250,6 +250,6 @@ def sdo_channel(text: str) -> SdoChannel | None:
 
 
 def _on_bus(text: str) -> tuple[str | None, str]:
-    """Split off the bus, which stands before the last colon; None if there is none."""
+    """Splits off the bus, which is before the last colon; None without one."""
     bus, colon, rest = text.rpartition(":")
     return (bus if colon else None), rest

@@ -1,11 +1,14 @@
-"""Options that several commands have, and what becomes of them.
+"""Options as rows: those that several commands have, and what becomes of them.
 
-Descriptions stand in `words`. An option of one command only stands in that command's file.
+A row says once what help, usage errors and completion need; `built` makes it a parameter of click in one language. Its
+words are in `words`: `COMMAND.NAME`, or the key that the row names. An option of one command only is in that command's
+file.
 """
 
 import re
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypedDict
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypedDict, cast
 
 import click
 
@@ -25,16 +28,16 @@ class OneOf(click.Choice[str]):
     """A choice whose error is in the words of the run."""
 
     def __init__(self, values: Sequence[str], words: Words) -> None:
-        """Take the values in the order in which help shows them."""
+        """Takes the values in the order in which help shows them."""
         super().__init__(list(values))
         self._words = words
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        """Give the values, as help shows them."""
+        """Returns the values, as help shows them."""
         return "|".join(self.choices)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Give the value if it is one of ours."""
+        """Returns the value if it is one of them; a usage error for another."""
         if value in self.choices:
             return str(value)
         option = param.opts[-1] if param else ""
@@ -48,13 +51,13 @@ class Spelled(click.ParamType[Any]):
     name = "text"
 
     def __init__(self, read: Callable[[str], object], form: str, words: Words) -> None:
-        """`read` gives None for what cannot be."""
+        """`read` returns None for what cannot be."""
         self._read = read
         self._form = form
         self._words = words
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Give what the text says."""
+        """Returns the value of the text."""
         found = self._read(value)
         if found is not None:
             return found
@@ -65,26 +68,119 @@ class Spelled(click.ParamType[Any]):
         raise click.UsageError(self._words(f"usage.{form}", option=option, value=value or '""'), ctx)
 
 
-def spelled(
-    words: Words, names: str, read: Callable[[str], object], form: str, metavar: str, help_key: str, **more: Any
-) -> click.Option:
-    """Give an option whose value is `Spelled`; names: those of the option, with blanks between."""
-    kind = Spelled(read, form, words)
-    return click.Option(names.split(), type=kind, metavar=metavar, help=words(help_key), **more)
+class HelpOption(click.Option):
+    """An option that knows where help shows it, and looks its words up when they are shown."""
+
+    def __init__(
+        self, names: Sequence[str], said: Callable[[], str], *, topic: str, usual: int | None, **more: Any
+    ) -> None:
+        """Takes its heading, and its rank among the usual options of a command; None: it is not one of them."""
+        super().__init__(names, **more)
+        self.said = said
+        self.topic = topic
+        self.usual = usual
+
+    @property
+    def help(self) -> str:
+        """Its words."""
+        return self.said()
+
+    @help.setter  # noqa: A003 - as click calls it
+    def help(self, _: str | None) -> None:
+        """Ignores what click sets."""
+
+
+class Parameter(NamedTuple):
+    """A row: an argument or an option, before its language is known."""
+
+    names: tuple[str, ...]
+    """As on the command line; without a dash, the name of the parameter."""
+    metavar: str | None
+    read: Callable[[str], object] | None
+    """Returns the value, None for a text that cannot be: a usage error in the words `usage.FORM`."""
+    form: str
+    choices: Sequence[str] | Callable[[], Sequence[str]]
+    key: str | Callable[[Words], str]
+    """The words of its help; "": `COMMAND.NAME`."""
+    topic: str
+    """Its heading in help."""
+    usual: int | None
+    """Its rank among the usual options, which help shows first; those of one rank in the order of the command."""
+    more: dict[str, Any]
+    """Further arguments for click."""
+
+    @property
+    def name(self) -> str:
+        """The name of the parameter."""
+        last = self.names[-1]
+        return last if not last.startswith("-") else last.partition("/")[0].lstrip("-").replace("-", "_")
+
+    def built(self, command: str, words: Words) -> click.Parameter:
+        """Returns it in one language."""
+        choices = self.choices() if callable(self.choices) else self.choices
+        more = dict(self.more)
+        if choices:
+            more["type"] = OneOf(choices, words)
+        elif self.read is not None:
+            more["type"] = Spelled(self.read, self.form, words)
+        if not self.names[0].startswith("-"):
+            return click.Argument(self.names, metavar=self.metavar, **more)
+        if not (self.metavar or "type" in more):
+            more["is_flag"] = True
+        long = next((name for name in self.names[::-1] if name.startswith("--")), self.names[-1]).partition("/")[0]
+        key = self.key or f"{command}.{long.lstrip('-').replace('-', '_')}"
+        said = partial(words, key) if isinstance(key, str) else partial(key, words)
+        return HelpOption(self.names, said, metavar=self.metavar, topic=self.topic, usual=self.usual, **more)
+
+
+def option(
+    names: str,
+    metavar: str | None = None,
+    read: Callable[[str], object] | None = None,
+    form: str = "",
+    *,
+    choices: Sequence[str] | Callable[[], Sequence[str]] = (),
+    key: str | Callable[[Words], str] = "",
+    topic: str = "own",
+    usual: int | None = None,
+    **more: Any,
+) -> Parameter:
+    """Returns the row of an option, a flag without a value; names: with blanks between."""
+    return Parameter(tuple(names.split()), metavar, read, form, choices, key, topic, usual, more)
+
+
+def argument(name: str, metavar: str, *, choices: Sequence[str] = (), **more: Any) -> Parameter:
+    """Returns the row of an argument."""
+    return Parameter((name,), metavar, None, "", choices, "", "", None, more)
+
+
+def built(rows: Iterable[Parameter], command: str, words: Words) -> list[click.Parameter]:
+    """Returns the parameters of a command in one language."""
+    return [row.built(command, words) for row in rows]
+
+
+def usage(words: Words, key: str, **facts: object) -> click.UsageError:
+    """Returns a usage error of the command that is run."""
+    return click.UsageError(words(key, **facts), click.get_current_context())
+
+
+def configured() -> Config:
+    """Returns the configuration of the run."""
+    return click.get_current_context().find_object(Config) or Config()
 
 
 def positive(text: str) -> int | None:
-    """Read a number above 0."""
+    """Reads a number above 0."""
     return int(text) or None if text.isdecimal() and len(text) < 19 else None
 
 
 def moment(text: str) -> float | None:
-    """Read a time from the start of a capture, in seconds."""
+    """Reads a time from the start of a capture, in seconds."""
     return float(text) if re.fullmatch(r"[0-9]{1,12}(?:\.[0-9]{1,12})?", text) else None
 
 
 class NetworkOptions(TypedDict, total=False):
-    """What `network_options` give a command, by the names of its parameters."""
+    """The parameters of `NETWORK`, by their names."""
 
     eds: tuple[network.Description, ...]
     cob: tuple[network.Cob, ...]
@@ -98,7 +194,7 @@ class NetworkOptions(TypedDict, total=False):
 
 
 class CaptureOptions(NetworkOptions, total=False):
-    """What `capture_options` give a command beside files, filter, stamps and output, by the names of its parameters."""
+    """The parameters of `CAPTURE` beside files, filter, stamps and output, by their names."""
 
     input_format: str | None
     merge: bool
@@ -106,23 +202,6 @@ class CaptureOptions(NetworkOptions, total=False):
     topic: tuple[str, ...]
     time_source: str | None
     mcap_map: tuple[str, ...]
-
-
-def common_options(words: Words) -> list[click.Parameter]:
-    """Return the options that every command has. All but --help are settled before click sees them."""
-    return [
-        click.Option(["--lang"], type=OneOf(LANGUAGES, words), expose_value=False, help=words("opt.lang")),
-        click.Option(["--config"], type=ANY_PATH, metavar="FILE", expose_value=False, help=words("opt.config")),
-        click.Option(["--no-pager"], is_flag=True, expose_value=False, help=words("opt.no_pager")),
-        click.Option(
-            ["-h", "--help"],
-            is_flag=True,
-            is_eager=True,
-            expose_value=False,
-            callback=_show_help,
-            help=words("opt.help"),
-        ),
-    ]
 
 
 def _show_help(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
@@ -133,53 +212,10 @@ def _show_help(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
         ctx.exit()
 
 
-def capture_options(words: Words) -> list[click.Parameter]:
-    """Give what every command that reads captures has."""
-    return [
-        click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="FILE"),
-        *reading_options(words),
-        click.Option(["--eds-from-traffic"], is_flag=True, help=words("stored.option")),
-        *output_options(words),
-    ]
-
-
-def reading_options(words: Words) -> list[click.Parameter]:
-    """Give how captures are read, whatever becomes of them."""
+def _formats() -> Sequence[str]:
     from canalyze.sources.format import input_formats
 
-    return [
-        *filter_options(words),
-        click.Option(
-            ["--stamps"],
-            type=OneOf(("auto", "absolute", "zero", "delta"), words),
-            default="auto",
-            help=words("opt.stamps"),
-        ),
-        click.Option(["--input-format"], type=OneOf(input_formats(), words), help=words("opt.input_format")),
-        click.Option(["--merge"], is_flag=True, help=words("opt.merge")),
-        spelled(words, "--threads", positive, "positive", "N", "opt.threads"),
-        *topic_options(words),
-        *network_options(words),
-    ]
-
-
-class Short(NamedTuple):
-    """An option that is short for one condition of --filter."""
-
-    option: str
-    read: Callable[[str], str | None]
-    """Returns the condition, None for a text that cannot be."""
-    form: str
-    """The words of a usage error."""
-    metavar: str
-    same: str
-    """The condition, as help shows it."""
-    help_key: str
-
-    @property
-    def name(self) -> str:
-        """The name of its parameter; a command may have an option of the same name with a meaning of its own."""
-        return f"filter_{self.option.removeprefix('--')}"
+    return input_formats()
 
 
 def _of_nodes(text: str) -> str | None:
@@ -191,157 +227,148 @@ def _with_text(text: str) -> str | None:
     return None if not text or '"' in text else f'text="{text}"'
 
 
-SHORT: Final = (
-    Short("--node", _of_nodes, "node", "N", "node=N", "opt.short_node"),
-    Short("--grep", _with_text, "grep", "TEXT", 'text="TEXT"', "opt.short_grep"),
+def _short(key: str, same: str) -> Callable[[Words], str]:
+    return lambda words: words("opt.short", what=words(key), same=same)
+
+
+COMMON: Final = (
+    option("--lang", choices=LANGUAGES, key="opt.lang", topic="general", expose_value=False),
+    option("--config", "FILE", key="opt.config", topic="general", type=ANY_PATH, expose_value=False),
+    option("--no-pager", key="opt.no_pager", topic="general", expose_value=False),
+    option("-h --help", key="opt.help", topic="general", is_eager=True, expose_value=False, callback=_show_help),
 )
-PROBLEM: Final = "filter_problem"
-"""The parameter of --problem: the number of a problem, from which `running.chosen` makes a condition."""
+"""Options of every command. All but --help are settled before click sees them."""
+
+FILES: Final = argument("files", "FILE", nargs=-1, type=ANY_PATH)
+FILTER: Final = option("--filter expression", "EXPR", key="opt.filter", topic="chosen", usual=2)
+SHORT: Final = (
+    option("--node filter_node", "N", _of_nodes, "node", key=_short("opt.short_node", "node=N"), topic="chosen"),
+    option(
+        "--grep filter_grep", "TEXT", _with_text, "grep", key=_short("opt.short_grep", 'text="TEXT"'), topic="chosen"
+    ),
+)
+"""Options that are short for a condition of --filter; a command may have one of the name with a meaning of its own."""
+PROBLEM: Final = option("--problem filter_problem", "N", positive, "positive", key="opt.problem", topic="chosen")
+"""The number of a problem, from which `running.chosen` makes a condition; for a command that reads one capture."""
+SELECT: Final = option("--select", "GLOBS", key="signals.select", topic="chosen", usual=3)
+STAMPS: Final = option(
+    "--stamps", choices=("auto", "absolute", "zero", "delta"), default="auto", key="opt.stamps", topic="time"
+)
+INPUT_FORMAT: Final = option("--input-format", choices=_formats, key="opt.input_format", topic="input")
+TOPICS: Final = (
+    option("--topic", "GLOB", key="opt.topic", topic="input", multiple=True),
+    option("--time-source", choices=("stamp", "publish", "log"), key="opt.time_source", topic="input"),
+    option("--mcap-map", "KEY=FIELD,...", key="opt.mcap_map", topic="input", multiple=True),
+)
+"""Options for reading a file of topics (MCAP)."""
+EDS: Final = option(
+    *("--eds", "[[BUS:]NODE=]FILE", network.description, "eds"), key="opt.eds", topic="network", usual=1, multiple=True
+)
+NETWORK: Final = (
+    EDS,
+    option("--cob", "[BUS:]ID=NODE.PDO", network.cob, "cob", key="opt.cob", topic="network", multiple=True),
+    option("--pdo", "[BUS:]PDO=MAPPING", network.pdo_mapping, "pdo", key="opt.pdo", topic="network", multiple=True),
+    option(
+        *("--profile", "[BUS:]NODE=401|402", network.profile, "profile"),
+        key="opt.profile",
+        topic="network",
+        multiple=True,
+    ),
+    option("--sdo", "[BUS:]ID,ID=NODE", network.sdo_channel, "sdo", key="opt.sdo", topic="network", multiple=True),
+    option("--sync-period", "US", network.period, "period", key="opt.sync_period", topic="time"),
+    option("--sync-window", "US", network.period, "period", key="opt.sync_window", topic="time"),
+    option("--jitter", "US", network.tolerance, "tolerance", key="opt.jitter", topic="time"),
+)
+"""Which devices are on the bus: `NetworkOptions`."""
+MERGE: Final = option("--merge", key="opt.merge", topic="input", usual=10)
+THREADS: Final = option("--threads", "N", positive, "positive", key="opt.threads", topic="input")
+READING: Final = (FILTER, *SHORT, STAMPS, INPUT_FORMAT, MERGE, THREADS, *TOPICS, *NETWORK)
+"""Options for reading captures, for all commands."""
+FORCE: Final = option("--force", key="opt.force", topic="output", usual=11)
+OUTPUT: Final = (
+    option("-o --output", "FILE", key="opt.output", topic="output", usual=7, type=ANY_PATH),
+    FORCE,
+)
+CAPTURE: Final = (FILES, *READING, option("--eds-from-traffic", key="stored.option", topic="network"), *OUTPUT)
+"""Rows of every command that reads captures."""
+BITRATE: Final = option("--bitrate", "BPS", network.bit_rate, "bit_rate", key="opt.bitrate", topic="network", usual=5)
+"""For a command that says how much of the bus is used."""
+TIME: Final = option("-t time", choices=("a", "z", "A", "n"), key="opt.time", topic="time", usual=6)
+CLOCK: Final = TIME._replace(key="opt.clock")
+"""For a command that uses `clock`."""
+COLOR: Final = option("--color", choices=("auto", "always", "never"), default="auto", key="opt.color", topic="output")
+"""For a command whose text may have colours."""
 
 
-def filter_options(words: Words) -> list[click.Parameter]:
-    """Return --filter and the options that are short for a condition of it."""
-    return [
-        click.Option(["--filter", "expression"], metavar="EXPR", help=words("opt.filter")),
-        *(
-            click.Option(
-                [one.option, one.name],
-                type=Spelled(one.read, one.form, words),
-                metavar=one.metavar,
-                help=words("opt.short", what=words(one.help_key), same=one.same),
-            )
-            for one in SHORT
-        ),
-    ]
+def form(*forms: str, key: str = "") -> Parameter:
+    """Returns --format with the command's own description; the first form is the default."""
+    return option("--format form", choices=forms, default=forms[0], key=key, topic="output", usual=9)
 
 
-def problem_option(words: Words) -> click.Option:
-    """Return --problem, for a command that reads one capture."""
-    return spelled(words, f"--problem {PROBLEM}", positive, "positive", "N", "opt.problem")
+LISTING: Final = (
+    option("--brief", key="decode.brief"),
+    option("--explain", key="decode.explain", usual=0),
+    form("text", "jsonl", key="decode.format"),
+    TIME._replace(choices=("a", "d", "z", "A", "n"), key="decode.time"),
+    option("-n --number/--no-number", default=None, key="opt.number", topic="output"),
+    COLOR,
+)
+"""Options of an annotated listing; -t has the time between lines, too."""
 
 
 def filters_given() -> list[str]:
-    """Return the options of the command line that choose what is shown."""
+    """Returns the options of the command line that choose what is shown."""
     context = click.get_current_context()
-    names = {"expression", "select", PROBLEM, *(one.name for one in SHORT)}
     typed = click.core.ParameterSource.COMMANDLINE
     return [
         one.opts[-1]
         for one in context.command.params
-        if one.name in names and context.get_parameter_source(one.name) is typed
+        if isinstance(one, HelpOption)
+        and one.topic == "chosen"
+        and context.get_parameter_source(one.name or "") is typed
     ]
-
-
-def topic_options(words: Words) -> list[click.Parameter]:
-    """Give what says how a file of topics (MCAP) is read."""
-    return [
-        click.Option(["--topic"], metavar="GLOB", multiple=True, help=words("opt.topic")),
-        click.Option(["--time-source"], type=OneOf(("stamp", "publish", "log"), words), help=words("opt.time_source")),
-        click.Option(["--mcap-map"], metavar="KEY=FIELD,...", multiple=True, help=words("opt.mcap_map")),
-    ]
-
-
-def network_options(words: Words) -> list[click.Parameter]:
-    """Give what says which devices are on the bus; a command takes them as `**given: Unpack[NetworkOptions]`."""
-    return [
-        spelled(words, "--eds", network.description, "eds", "[[BUS:]NODE=]FILE", "opt.eds", multiple=True),
-        spelled(words, "--cob", network.cob, "cob", "[BUS:]ID=NODE.PDO", "opt.cob", multiple=True),
-        spelled(words, "--pdo", network.pdo_mapping, "pdo", "[BUS:]PDO=MAPPING", "opt.pdo", multiple=True),
-        spelled(words, "--profile", network.profile, "profile", "[BUS:]NODE=401|402", "opt.profile", multiple=True),
-        spelled(words, "--sdo", network.sdo_channel, "sdo", "[BUS:]ID,ID=NODE", "opt.sdo", multiple=True),
-        spelled(words, "--sync-period", network.period, "period", "US", "opt.sync_period"),
-        spelled(words, "--sync-window", network.period, "period", "US", "opt.sync_window"),
-        spelled(words, "--jitter", network.tolerance, "tolerance", "US", "opt.jitter"),
-    ]
-
-
-def bitrate_option(words: Words, help_key: str = "opt.bitrate") -> click.Option:
-    """Give --bitrate, for a command that says how much of the bus is used."""
-    return spelled(words, "--bitrate", network.bit_rate, "bit_rate", "BPS", help_key)
-
-
-def output_options(words: Words) -> list[click.Parameter]:
-    """Give what every command that may write a file has."""
-    return [
-        click.Option(["-o", "--output"], type=ANY_PATH, metavar="FILE", help=words("opt.output")),
-        click.Option(["--force"], is_flag=True, help=words("opt.force")),
-    ]
-
-
-def format_option(words: Words, command: str, forms: tuple[str, ...] = ("text", "jsonl")) -> click.Option:
-    """Give --format with the command's own description; the first form is the default."""
-    return click.Option(
-        ["--format", "form"], type=OneOf(forms, words), default=forms[0], help=words(f"{command}.format")
-    )
-
-
-def listing_options(words: Words) -> list[click.Parameter]:
-    """Give the options of an annotated listing: --brief, --explain, --format, -t, --number and --color."""
-    return [
-        click.Option(["--brief"], is_flag=True, help=words("decode.brief")),
-        click.Option(["--explain"], is_flag=True, help=words("decode.explain")),
-        format_option(words, "decode"),
-        time_option(words, "decode.time", deltas=True),
-        click.Option(["-n", "--number/--no-number"], default=None, help=words("opt.number")),
-        color_option(words),
-    ]
-
-
-def time_option(words: Words, help_key: str = "opt.time", *, deltas: bool = False) -> click.Option:
-    """Give -t. deltas: one line follows another, so that there is a time between them."""
-    forms = ("a", "d", "z", "A", "n") if deltas else ("a", "z", "A", "n")
-    return click.Option(["-t", "time"], type=OneOf(forms, words), help=words(help_key))
 
 
 def clock(time: str | None, form: str, output: str | None) -> str | None:
-    """Return the form of times: that of -t, without it the time since the start for text on a terminal."""
+    """Returns the form of times: that of -t, without it the time since the start for text on a terminal."""
     from canalyze.output import terminal_encoding
 
     shown = form == "text" and output in (None, "-") and terminal_encoding() is not None
     return "z" if time is None and shown else time
 
 
-def color_option(words: Words) -> click.Option:
-    """Give --color, for a command whose text may stand out by colours."""
-    return click.Option(
-        ["--color"], type=OneOf(("auto", "always", "never"), words), default="auto", help=words("opt.color")
-    )
-
-
 def depth_of(form: str, words: Words, *, brief: bool, explain: bool, number: bool | None = None) -> str:
-    """Give how much a line of a listing says, as the core calls it; what does not go together is a usage error."""
-    context = click.get_current_context()
+    """Returns the core's name of how much a line says; options that do not go together are a usage error."""
     if brief and explain:
-        raise click.UsageError(words("usage.exclusive", one="--brief", other="--explain"), context)
+        raise usage(words, "usage.exclusive", one="--brief", other="--explain")
     wanted = {"--brief": brief, "--explain": explain, "--number": number}
-    for option in (option for option, given in wanted.items() if given and form != "text"):
-        raise click.UsageError(words("usage.text_only", option=option), context)
+    for name in (name for name, given in wanted.items() if given and form != "text"):
+        raise usage(words, "usage.text_only", option=name)
     return "brief" if brief else "explain" if explain else "default"
 
 
 class CoreUsageError(click.UsageError):
-    """What the core cannot accept, in its own words."""
+    """A setting that the core cannot accept, in its own words."""
 
 
 def open_session(
     words: Words, given: CaptureOptions, *, read: dict[str, Any] | None = None, **settings: Any
 ) -> "Session":
-    """Start the core with these settings and what is known of the network.
+    """Starts the core with these settings and what is known of the network.
 
     What the core cannot accept (a filter, a map) is a usage error. read: gets the descriptions, by their files.
     """
     from canalyze.configuration.descriptions import network as known
 
-    context = click.get_current_context()
-    filed = (context.find_object(Config) or Config()).known
     try:
-        return start_session(words, given, network=known(filed, known_of(given), words, read=read), **settings)
+        told = known(configured().known, known_of(given), words, read=read)
+        return start_session(words, given, network=told, **settings)
     except ValueError as error:
-        raise CoreUsageError(str(error), context) from error
+        raise CoreUsageError(str(error), click.get_current_context()) from error
 
 
 def start_session(words: Words, given: CaptureOptions, **settings: Any) -> "Session":
-    """Start the core with these settings, the network among them; ValueError for what it cannot accept.
+    """Starts the core with these settings, the network among them; ValueError for what it cannot accept.
 
     A setting that is None is as it is without it.
     """
@@ -358,8 +385,14 @@ def start_session(words: Words, given: CaptureOptions, **settings: Any) -> "Sess
     return Session(SessionOptions(words.lang, **wanted))
 
 
+def reading_of(given: Any) -> CaptureOptions:
+    """Returns how captures are read, of all parameters of a command."""
+    read = {name: given[name] for name in CaptureOptions.__annotations__ if name in given}
+    return cast("CaptureOptions", read)
+
+
 def known_of(given: CaptureOptions) -> network.Known:
-    """Give what options say of the network."""
+    """Returns the network of the options."""
     return network.Known(
         given.get("eds", ()),
         given.get("cob", ()),
@@ -374,7 +407,7 @@ def known_of(given: CaptureOptions) -> network.Known:
 
 
 def inputs(files: tuple[str, ...], words: Words) -> tuple[str, ...]:
-    """Give the inputs: those named, else standard input if it is a pipe or a file; none is a usage error."""
+    """Returns the inputs: those named, else standard input if it is a pipe or a file; none is a usage error."""
     from canalyze.running.run import piped
     from canalyze.sources.file import STDIN
 
@@ -382,4 +415,4 @@ def inputs(files: tuple[str, ...], words: Words) -> tuple[str, ...]:
         return files
     if piped():
         return (STDIN,)
-    raise click.UsageError(words("usage.no_input"), click.get_current_context())
+    raise usage(words, "usage.no_input")

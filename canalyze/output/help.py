@@ -7,14 +7,15 @@ click's own pages are English and measure text in characters; these are laid out
 import os
 import stat
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, Final
 
 import click
 
 from canalyze.configuration.config import Config
-from canalyze.configuration.options import PROBLEM, SHORT, CoreUsageError, common_options
+from canalyze.configuration.options import COMMON, PROBLEM, SHORT, CoreUsageError, HelpOption, Parameter, built
 from canalyze.output import complain, terminal_encoding
 from canalyze.output.layout import definitions, width, wrap
 from canalyze.words import Words
@@ -25,62 +26,35 @@ _FEW: Final = 8
 _TERM: Final = 24
 """Maximum width of an option with its explanation beside it."""
 _USUAL: Final = 5
-"""Number of common options shown first."""
-_FIRST: Final = (
-    *(
-        "-n",
-        "--diff",
-        "--all",
-        "--html",
-        "--record",
-        "--extract",
-        "--to",
-        "--fail-on",
-        "--baseline",
-        "--junit",
-        "--explain",
-    ),
-    *("--history", "--at", "--speed", "--eds", "--filter", "--select", "--tolerance", "--bitrate", "-t", "--output"),
-    *("--save", "--format", "--merge", "--force"),
+"""Options that stand first."""
+_TOPICS: Final = (
+    *("usual", "own", "chosen", "time", "network", "input"),
+    *("bus", "recording", "timeline", "output", "general"),
 )
-"""Common options of all commands; a command shows the first of these that it has."""
-_TOPICS: Final = {
-    "own": (),
-    "chosen": ("--filter", "--around", "--frame", "--since", "--node", "--grep", "--problem", "--bus", "--select"),
-    "time": ("-t", "--stamps", "--sync-period", "--sync-window", "--jitter"),
-    "network": ("--eds", "--eds-from-traffic", "--cob", "--pdo", "--profile", "--sdo", "--bitrate"),
-    "input": ("--input-format", "--merge", "--threads", "--topic", "--time-source", "--mcap-map"),
-    "bus": ("--interface", "--data-bitrate", "--fd", "--option", "--reconnect", "--hardware-stamps"),
-    "recording": ("--record", "--rotate", "--keep"),
-    "timeline": ("--rerun", "--save", "--web", "--bind", "--port"),
-    "output": ("--format", "--number", "--color", "--output", "--force"),
-    "general": ("--lang", "--config", "--no-pager", "--help", "--version"),
-}
-"""The other options by topic; an option without a topic is the command's own."""
+"""The headings in their order."""
 
 
 class Command(click.Command):
     """A command whose help is a page in the language of the run."""
 
-    def __init__(self, name: str, words: Words, run: Callable[..., int], params: list[click.Parameter]) -> None:
-        """Creates the command with the words of its name; `run` returns the exit code."""
+    def __init__(self, name: str, words: Words, run: Callable[..., int], rows: Iterable[Parameter]) -> None:
+        """Takes the command's words by its name; `run` returns the exit code."""
         super().__init__(
             name,
             callback=run,
-            params=[*params, *common_options(words)],
+            params=built((*rows, *COMMON), _key(name), words),
             add_help_option=False,
-            short_help=words(f"{name}.short"),
         )
         self._words = words
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parses the arguments; errors contain their command."""
+        """Parses the arguments; an error gets its context."""
         with located(ctx):
             return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Runs the command."""
-        short = (PROBLEM, *(one.name for one in SHORT))
+        """Runs it."""
+        short = [one.name for one in (PROBLEM, *SHORT)]
         if any(ctx.params.get(name) is not None for name in short):
             from canalyze.running.chosen import choose
 
@@ -94,15 +68,19 @@ class Command(click.Command):
         return super().invoke(ctx)
 
     def get_help(self, ctx: click.Context) -> str:
-        """Returns the help page."""
+        """Returns the page."""
         return page(self, ctx, self._words)
+
+    def get_short_help_str(self, limit: int = 0) -> str:
+        """Returns what a list of commands says of it, of any length."""
+        return self._words(f"{_key(self.name or '')}.short")
 
 
 class Listing(Command):
     """A command whose text is shown in a pager on a terminal, if it has an end."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Runs the command."""
+        """Runs it."""
         if not _is_paged(ctx):
             return super().invoke(ctx)
 
@@ -115,8 +93,16 @@ class Listing(Command):
             return super().invoke(ctx)
 
 
+def simple_command(
+    name: str, run: Callable[..., int], *rows: Parameter, paged: bool = False
+) -> Callable[[Words], click.Command]:
+    """Returns how a command is made in one language; `run` gets the words, then the parameters by their names."""
+    kind = Listing if paged else Command
+    return lambda words: kind(name, words, partial(run, words), rows)
+
+
 def _is_paged(ctx: click.Context) -> bool:
-    """Returns true on a terminal, unless an option disables it or the input comes while it is shown."""
+    """Returns true on a terminal, unless an option says no or the input comes while it is shown."""
     config = ctx.find_object(Config) or Config()
     if not config.pager or terminal_encoding() is None or sys.stdin is None or not sys.stdin.isatty():
         return False
@@ -134,7 +120,7 @@ def _is_stream(name: str) -> bool:
 
 @contextmanager
 def located(ctx: click.Context) -> Iterator[None]:
-    """Adds the context to usage errors that click raises without one."""
+    """Adds the context to a usage error, which click's parser leaves out of some."""
     try:
         yield
     except click.UsageError as error:
@@ -145,10 +131,10 @@ def located(ctx: click.Context) -> Iterator[None]:
 def page(
     command: click.Command, ctx: click.Context, words: Words, topics: Mapping[str, Sequence[str]] | None = None
 ) -> str:
-    """Returns the help of a command, with the words of its name. topics: the commands of a group."""
+    """Lays out the help of a command; its words are found by its name. topics: its commands, where it is a group."""
     import shutil
 
-    name = command.name or ""
+    name = _key(command.name or "")
     columns = max(40, min(shutil.get_terminal_size().columns, 100))
     lines = [words("heading.usage") + f"{ctx.command_path} {words(f'{name}.usage')}", ""]
     for paragraph in words(f"{name}.help").splitlines():
@@ -160,11 +146,10 @@ def page(
     left = max((width(name) for _, rows in sections for name, _ in rows), default=0)
     for heading, rows in sections:
         lines += ["", heading, *definitions(rows, left=left, columns=columns)]
+    shown = [one for one in command.params if isinstance(one, HelpOption) and not one.hidden]
     sections = [
         (words(f"heading.{topic}"), [_record(option, ctx) for option in options])
-        for topic, options in _grouped(
-            [one for one in command.params if isinstance(one, click.Option) and not one.hidden]
-        ).items()
+        for topic, options in _grouped(shown).items()
     ]
     left = min(max(width(name) for _, rows in sections for name, _ in rows), _TERM)
     for heading, rows in sections:
@@ -176,7 +161,7 @@ def page(
 
 
 def screen(command: click.Command, words: Words, topics: Mapping[str, Sequence[str]]) -> str:
-    """Returns the output of a group without a command: usual command lines, command names, and how to get help."""
+    """Returns what a group prints without a command: usual command lines, its commands by name, and how to get help."""
     import shutil
 
     name = command.name or ""
@@ -189,16 +174,20 @@ def screen(command: click.Command, words: Words, topics: Mapping[str, Sequence[s
     return "\n".join(lines)
 
 
-def _grouped(options: list[click.Option]) -> dict[str, list[click.Option]]:
-    """Returns the options under the headings of the help page, in their order."""
+def _key(name: str) -> str:
+    """Returns what the keys of a command's words begin with."""
+    return name.replace(" ", "_")
+
+
+def _grouped(options: list[HelpOption]) -> dict[str, list[HelpOption]]:
+    """Returns the options under the headings that help shows, in their order."""
     if len(options) <= _FEW:
         return {"options": options}
-    named = {option.opts[-1]: option for option in options}
-    found = {"usual": list(dict.fromkeys(named[name] for name in _FIRST if name in named))[:_USUAL]}
-    found |= {topic: [] for topic in _TOPICS}
+    usual = sorted((one for one in options if one.usual is not None), key=lambda one: one.usual or 0)[:_USUAL]
+    found: dict[str, list[HelpOption]] = {topic: [] for topic in _TOPICS} | {"usual": usual}
     for option in options:
-        if option not in found["usual"]:
-            found[next((topic for topic, names in _TOPICS.items() if option.opts[-1] in names), "own")].append(option)
+        if option not in usual:
+            found[option.topic].append(option)
     return {topic: chosen for topic, chosen in found.items() if chosen}
 
 
@@ -214,14 +203,14 @@ def _verbatim(text: str) -> list[str]:
 
 
 def usage_line(error: click.UsageError, words: Words) -> str:
-    """Returns a usage error as one line: the problem, and how to get help."""
+    """Returns a usage error as one line: what is wrong, and where help is."""
     command = error.ctx.command_path if error.ctx else "canalyze"
     key = "usage.core_line" if isinstance(error, CoreUsageError) else "usage.line"
     return words(key, command=command, problem=_problem(error, words))
 
 
 def _near(error: click.NoSuchOption) -> list[str]:
-    """Returns options that are similar to an unknown one, by prefix or spelling."""
+    """Returns the options that may have been meant: those that begin so, or are spelt alike without their dashes."""
     from difflib import get_close_matches
 
     typed = error.option_name.lstrip("-").lower()

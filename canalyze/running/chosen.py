@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from canalyze.configuration.options import PROBLEM, SHORT, open_session
+from canalyze.configuration.options import PROBLEM, SHORT, open_session, usage
 from canalyze.output import Output, Progress
 from canalyze.reports import diagnosis_read
 from canalyze.reports.diagnosis_text import tree
@@ -19,21 +19,21 @@ from canalyze.words import Words
 
 
 def choose(context: click.Context, words: Words) -> None:
-    """Put the conditions of the short forms before the expression of --filter."""
+    """Adds the conditions of the short forms before the expression of --filter."""
     given = context.params
     conditions = [given.get(one.name) for one in SHORT]
-    if (number := given.get(PROBLEM)) is not None:
+    if (number := given.get(PROBLEM.name)) is not None:
         conditions.append(_near(number, context, words))
     # An expression whose last quotation mark is missing goes on to its end: it comes last.
     given["expression"] = " ".join(filter(None, [*conditions, given["expression"]])) or None
 
 
 def _near(number: int, context: click.Context, words: Words) -> str | None:
-    """Return the condition for the frames around a problem and what comes from it; None if nothing could be read."""
+    """Returns the condition for the frames around a problem and what comes from it; None if nothing could be read."""
     given: Any = context.params
     names = given["files"]
     if not names or STDIN in names:
-        raise click.UsageError(words("opt.problem_stdin"), context)
+        raise usage(words, "opt.problem_stdin")
     session = open_session(words, given, format="diagnosis", stamps=given["stamps"])
     results: list[bytes] = []
     progress = Progress(words, Output(), total_size(names), until_output=True)
@@ -45,6 +45,6 @@ def _near(number: int, context: click.Context, words: Words) -> str | None:
     by_id = {one["id"]: one for one in diagnosis_read.records(results) if one["kind"] == "problem"}
     if number not in by_id:
         key = "diagnose.no_problem" if by_id else "diagnose.no_problems"
-        raise click.UsageError(words(key, number=number, numbers=ranges(by_id, ", ")), context)
+        raise usage(words, key, number=number, numbers=ranges(by_id, ", "))
     frames = diagnosis_read.near(one for _, one in tree(by_id[number], by_id))
     return f"frame={ranges((frame for frame in frames if frame > 0), ',')}"

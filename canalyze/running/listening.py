@@ -12,11 +12,17 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypedDict
 
-import click
-
 from canalyze.configuration import network
-from canalyze.configuration.config import Config
-from canalyze.configuration.options import ANY_PATH, CaptureOptions, bitrate_option, positive, spelled
+from canalyze.configuration.options import (
+    ANY_PATH,
+    BITRATE,
+    FORCE,
+    CaptureOptions,
+    configured,
+    option,
+    positive,
+    usage,
+)
 from canalyze.running.recording import Limit, Recordings, form_of, limit, open_recordings, recordable
 from canalyze.sources import buses, netdevices
 from canalyze.sources.file import STDIN
@@ -32,7 +38,7 @@ _LONGEST_S: Final = 366 * 86400.0
 
 
 class OwnOptions(TypedDict, total=False):
-    """What only `listening_options` give a command, by the names of its parameters."""
+    """The parameters that only `LISTENING` has, by their names."""
 
     interface: str | None
     data_bitrate: int | None
@@ -47,7 +53,7 @@ class OwnOptions(TypedDict, total=False):
 
 
 class ListeningOptions(CaptureOptions, OwnOptions, total=False):
-    """What a command that listens is given: `listening_options`, --bitrate among them, and those about the network."""
+    """The parameters of a command that listens: `LISTENING`, --bitrate among them, and those about the network."""
 
 
 class Channel(NamedTuple):
@@ -62,7 +68,7 @@ class Channel(NamedTuple):
 
     @property
     def mask(self) -> str:
-        """What the core is told of the filters."""
+        """The filters as the core has them."""
         return f"{self.bus},{self.filters}"
 
 
@@ -73,35 +79,14 @@ class Listening(NamedTuple):
     recordings: Recordings
 
     def complete(self, words: Words) -> list[str]:
-        """End the receiving, then the files; give what is still to be told of them, a line each."""
+        """Ends the receiving, then the files; returns what is still to be reported of them, a line each."""
         self.live.close()
         self.recordings.close()
         return [*(remark.in_words(words) for remark in self.recordings.remarks()), *self.recordings.losses()]
 
 
-def listening_options(words: Words) -> list[click.Parameter]:
-    """Give the options of a command that listens; it takes them as `**given`."""
-
-    def flag(name: str) -> click.Option:
-        return click.Option([name], is_flag=True, help=words(f"listen.{name.lstrip('-').replace('-', '_')}"))
-
-    return [
-        click.Option(["-i", "--interface"], metavar="NAME", help=words("listen.interface")),
-        bitrate_option(words, "listen.bitrate"),
-        spelled(words, "--data-bitrate", data_rate, "data_rate", "BPS", "listen.data_bitrate"),
-        flag("--fd"),
-        spelled(words, "--option", buses.option, "option", "KEY=VALUE", "listen.option", multiple=True),
-        flag("--reconnect"),
-        flag("--hardware-stamps"),
-        click.Option(["--record"], type=ANY_PATH, metavar="FILE", multiple=True, help=words("listen.record")),
-        spelled(words, "--rotate", limit, "rotate", "SIZE|TIME", "listen.rotate"),
-        spelled(words, "--keep", positive, "positive", "N", "listen.keep"),
-        click.Option(["--force"], is_flag=True, help=words("opt.force")),
-    ]
-
-
 def set_rates(names: Sequence[str], given: ListeningOptions) -> list[int | None]:
-    """Give the bit rate of each channel, in bit/s: as was said, else as the system has it; None where nobody knows."""
+    """Returns the bit rate of each channel, in bit/s: that of --bitrate, else of the system; None if unknown."""
     if rate := given.get("bitrate"):
         return [rate] * len(names)
     own = given.get("interface") in (None, OWN)
@@ -109,7 +94,7 @@ def set_rates(names: Sequence[str], given: ListeningOptions) -> list[int | None]
 
 
 def seconds(text: str) -> float | None:
-    """Read a time above 0: 10, 10s, 500ms, 5m, 1h."""
+    """Reads a time above 0: 10, 10s, 500ms, 5m, 1h."""
     number = text.rstrip("abcdefghijklmnopqrstuvwxyz")
     unit = _UNITS.get(text[len(number) :])
     try:
@@ -120,7 +105,7 @@ def seconds(text: str) -> float | None:
 
 
 def data_rate(text: str) -> int | None:
-    """Read a bit rate of CAN FD data, up to 20M."""
+    """Reads a bit rate of CAN FD data, up to 20M."""
     amount = text.rstrip("kKM")
     factor = {"": 1, "k": 1000, "K": 1000, "M": 1_000_000}.get(text[len(amount) :])
     if factor is None or not amount.isdecimal() or len(amount) > 9:
@@ -129,8 +114,24 @@ def data_rate(text: str) -> int | None:
     return rate if 1000 <= rate <= 20_000_000 else None
 
 
+LISTENING: Final = (
+    option("-i --interface", "NAME", key="listen.interface", topic="bus"),
+    BITRATE._replace(key="listen.bitrate"),
+    option("--data-bitrate", "BPS", data_rate, "data_rate", key="listen.data_bitrate", topic="bus"),
+    option("--fd", key="listen.fd", topic="bus"),
+    option("--option", "KEY=VALUE", buses.option, "option", key="listen.option", topic="bus", multiple=True),
+    option("--reconnect", key="listen.reconnect", topic="bus"),
+    option("--hardware-stamps", key="listen.hardware_stamps", topic="bus"),
+    option("--record", "FILE", key="listen.record", topic="recording", usual=0, type=ANY_PATH, multiple=True),
+    option("--rotate", "SIZE|TIME", limit, "rotate", key="listen.rotate", topic="recording"),
+    option("--keep", "N", positive, "positive", key="listen.keep", topic="recording"),
+    FORCE,
+)
+"""Options of a command that listens: `ListeningOptions`."""
+
+
 def channels_of(texts: Sequence[str], given: ListeningOptions, words: Words, *, writes: bool = False) -> list[Channel]:
-    """Take the names of channels apart; what is wrong with them or the options of listening is a usage error.
+    """Parses the names of channels; an error in them or in the options of listening is a usage error.
 
     A channel named twice, and none, are wrong too. Nothing is opened. writes: the command writes something else that
     --force may be for.
@@ -151,7 +152,7 @@ def listening(
     *,
     duration_s: float | None = None,
 ) -> Iterator[Listening]:
-    """Open what is listened to, then the files; all of it is closed at the end, whatever came.
+    """Opens what is listened to, then the files; all of it is closed at the end, also after an error.
 
     tell: gets what is to be known before, in words. SourceError and OutputError for what cannot be opened.
     """
@@ -173,61 +174,58 @@ def listening(
 
 
 def _channels(texts: Sequence[str], words: Words) -> list[Channel]:
-    context = click.get_current_context()
     channels: list[Channel] = []
     for text in texts:
         name, _, filters = text.partition(",")
         if not name:
-            raise click.UsageError(words("listen.no_name", value=text or '""'), context)
+            raise usage(words, "listen.no_name", value=text or '""')
         bus = buses.bus_name(name)
         if any(other.name == name or other.bus == bus for other in channels):
-            raise click.UsageError(words("listen.twice", name=name), context)
+            raise usage(words, "listen.twice", name=name)
         channels.append(Channel(name, bus, filters))
     if not channels:
-        raise click.UsageError(words("listen.none"), context)
+        raise usage(words, "listen.none")
     if len(channels) > MOST_BUSES:
-        raise click.UsageError(words("listen.many", most=MOST_BUSES), context)
+        raise usage(words, "listen.many", most=MOST_BUSES)
     return channels
 
 
 def _refuse_others(channels: Sequence[Channel], given: ListeningOptions, words: Words) -> None:
-    """Make sure that what is given as an interface of the system may be one: a file, or a filter, is a usage error."""
+    """Raises a usage error for a file or a filter that is given as an interface of the system."""
     if given.get("interface") not in (None, OWN):
         return
     there = [name for names in netdevices.interfaces() for name in names]
     for name, _, _ in channels:
         if name == STDIN:
-            raise click.UsageError(words("listen.stdin"), click.get_current_context())
+            raise usage(words, "listen.stdin")
         if name not in there and Path(name).is_file():
-            raise click.UsageError(words("listen.a_file", name=name), click.get_current_context())
+            raise usage(words, "listen.a_file", name=name)
         if _FILTER.fullmatch(name):
-            raise click.UsageError(words("listen.no_name", value=name), click.get_current_context())
+            raise usage(words, "listen.no_name", value=name)
 
 
 def _interface(given: ListeningOptions, words: Words) -> str:
-    """Give the interface that is listened to; one that does not exist is a usage error."""
-    context = click.get_current_context()
+    """Returns the interface that is listened to; one that does not exist is a usage error."""
     asked = given.get("interface")
     if asked is None and sys.platform.startswith("linux"):
         asked = OWN
     if asked is None:
-        raise click.UsageError(words("listen.needs_interface", names=_listed(words)), context)
+        raise usage(words, "listen.needs_interface", names=_listed(words))
     if asked == OWN and not sys.platform.startswith("linux"):
-        raise click.UsageError(words("listen.only_linux", names=_listed(words)), context)
+        raise usage(words, "listen.only_linux", names=_listed(words))
     if asked != OWN and not buses.known(asked):
         near = buses.near(asked)
         key = "listen.unknown_near" if near else "listen.unknown"
-        facts = {"name": asked or '""', "near": words("usage.or").join(near), "names": _listed(words)}
-        raise click.UsageError(words(key, **facts), context)
+        raise usage(words, key, name=asked or '""', near=words("usage.or").join(near), names=_listed(words))
     wrong = [
         ("--hardware-stamps", given.get("hardware_stamps") and asked != OWN, "listen.only_own"),
         ("--data-bitrate", given.get("data_bitrate") and asked == OWN, "listen.own_rate"),
         ("--option", given.get("option") and asked == OWN, "listen.not_own"),
         ("--data-bitrate", given.get("data_bitrate") and not given.get("fd"), "listen.needs_fd"),
     ]
-    for option, is_wrong, key in wrong:
+    for name, is_wrong, key in wrong:
         if is_wrong:
-            raise click.UsageError(words(key, option=option), context)
+            raise usage(words, key, option=name)
     return asked
 
 
@@ -246,7 +244,7 @@ def _open_buses(
 
         names = [channel.name for channel in channels]
         return [SocketCan(names, hardware_stamps=given.get("hardware_stamps", False), patient=patient)]
-    filed = (click.get_current_context().find_object(Config) or Config()).known.bitrate
+    filed = configured().known.bitrate
     opened: list[buses.PythonCan] = []
     with ExitStack() as stack:
         for place, channel in enumerate(channels):
@@ -270,18 +268,17 @@ def _open_buses(
 
 
 def _check_recordings(given: ListeningOptions, words: Words, *, writes: bool) -> None:
-    """Make sure that what is to be recorded can be told from the names and options."""
-    context = click.get_current_context()
+    """Raises a usage error for names and options of recordings that do not fit."""
     names = given.get("record", ())
     for name in names:
         if form_of(name) is None:
-            raise click.UsageError(words("record.suffix", name=name, allowed=" ".join(recordable())), context)
+            raise usage(words, "record.suffix", name=name, allowed=" ".join(recordable()))
         if sum(os.path.realpath(other) == os.path.realpath(name) for other in names) > 1:  # also by another way
-            raise click.UsageError(words("record.twice", name=name), context)
-    for option, value, needed in (
+            raise usage(words, "record.twice", name=name)
+    for name, value, needed in (
         ("--rotate", given.get("rotate"), "--record" if not names else ""),
         ("--keep", given.get("keep"), "--rotate" if not given.get("rotate") else ""),
         ("--force", given.get("force") or None, "--record" if not names and not writes else ""),
     ):
         if value is not None and needed:
-            raise click.UsageError(words("record.needs", option=option, other=needed), context)
+            raise usage(words, "record.needs", option=name, other=needed)

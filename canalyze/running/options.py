@@ -1,4 +1,4 @@
-"""What one session of the core is to do.
+"""The options of one session of the core.
 
 Must not: read a file, or check what the core checks itself.
 """
@@ -16,7 +16,7 @@ class SessionOptions(NamedTuple):
     lang: str = "zh"
     """zh | en."""
     format: str = "text"
-    """What comes out: text |
+    """The form of the output: text |
     jsonl (frame, note, finding, transfer) |
     events (the same, for a library: with `incidents` what diagnosis has at the end, too) |
     transfers (JSON lines of transfers only) |
@@ -44,15 +44,15 @@ class SessionOptions(NamedTuple):
     depth: str = "default"
     """brief | default | explain; text only."""
     stamps: str = "auto"
-    """What the time stamps are: auto | absolute | zero | delta."""
+    """The kind of the time stamps: auto | absolute | zero | delta."""
     time: str | None = None
-    """How they are shown: a d z A n, as -t; None: as they came. In JSON lines each t is that of the capture."""
+    """Their form: a d z A n, as -t; None: as recorded. In JSON lines each t is that of the capture."""
     filter: str | None = None
     """The expression of --filter."""
     extract: bool = False
-    """Whether the data of transfers are kept for pieces()."""
+    """True if the data of transfers are kept for pieces()."""
     network: "Network | None" = None
-    """What is known of the network before its capture is read."""
+    """The known network."""
     select: str | None = None
     """The globs of --select; signals, signals-csv and tables only."""
     topics: Sequence[str] = ()
@@ -64,18 +64,18 @@ class SessionOptions(NamedTuple):
     to: str = "candump"
     """One of WRITERS; convert only."""
     decoded: bool = False
-    """Whether topics of what the frames mean are written as well, where the format has such."""
+    """True if topics of what the frames mean are written as well, where the format has such."""
     mcap_fd_schema: str = "ros2"
     """ros2 | dataspeed."""
     mcap_archive: bool = False
-    """Whether an MCAP file is written without message indexes."""
+    """True if an MCAP file is written without message indexes."""
     tables: Sequence[str] = ()
     """Which of TABLES are built beside, to be taken with batches(); with every format but info."""
     expectations: "Expectations | None" = None
-    """What the capture is held against; what does not hold is a finding like others."""
+    """The expectations of the capture; one that does not hold is a finding like others."""
     incidents: bool = False
-    """Whether they are written, too: in text as they begin, are linked to a cause and end, in jsonl both so and at the
-    end, in check and observed at the end."""
+    """True if problems are written, too: in text as they begin, are linked to a cause and end, in jsonl both so and
+    at the end, in check and observed at the end."""
     masks: Sequence[str] = ()
     """Channels, each with candump's filters behind its name (`can0,123:7FF,#1F`): which of its frames are shown. Of
     channels that are not named, or have no filters, all are."""
@@ -87,6 +87,6 @@ class SessionOptions(NamedTuple):
     """Threads that share the work on a piece of a file; None: as many as there are processors to use. What comes out is
     the same."""
     coloured: bool = False
-    """Whether text has the colours of a terminal."""
+    """True if text has the colours of a terminal."""
     numbered: bool = False
-    """Whether text begins with the numbers of frames."""
+    """True if text begins with the numbers of frames."""

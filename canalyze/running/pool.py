@@ -26,16 +26,16 @@ PATIENCE: Final = 5.0
 _NEVER: Final = float("inf")
 
 Tell = Callable[[Any], None]
-"""How a piece of work says how far it is."""
+"""The way a piece of work reports its progress."""
 Work = Callable[[Any, Tell], Any]
-"""What is done with a piece: of the module that it is in, so that another process finds it."""
+"""The work on a piece; a function of a module, so that another process finds it."""
 
 During = Callable[[Callable[[], Any]], Any]
 """Does what waits; gives None where the end was wished instead."""
 
 
 def at_once(wait: Callable[[], Any]) -> Any:
-    """Do what waits, where nobody wishes for the end."""
+    """Calls it."""
     return wait()
 
 
@@ -56,19 +56,19 @@ class Ended(NamedTuple):
 
 
 class Executor(Protocol):
-    """What does pieces of work at several places: this pool, Dask, Ray."""
+    """Does pieces of work at several places: this pool, Dask, Ray."""
 
     width: int
-    """How many pieces are done at once."""
+    """Maximum number of pieces at once."""
 
     def submit(self, piece: Any) -> None:
-        """Have a piece done."""
+        """Submits a piece."""
 
     def completed(self) -> Iterator[Ended]:
-        """Give the pieces as they end, also those that are submitted meanwhile, until there are none left."""
+        """Yields the pieces as they end, also those that are submitted meanwhile, until there are none left."""
 
     def close(self) -> None:
-        """End what is under way."""
+        """Ends what is under way."""
 
 
 @dataclass(slots=True)
@@ -95,7 +95,7 @@ class Pool:
         progress: Callable[[Any, Any], None] = lambda piece, word: None,
         during: During = at_once,
     ) -> None:
-        """Start nothing yet.
+        """Starts nothing yet.
 
         forked: where the system can, processes have all that this one has read. That must not be while it has threads.
         seconds, megabytes: what a piece may take; the limit of memory is there where the system has one. progress:
@@ -116,12 +116,12 @@ class Pool:
         self._busy: dict[Connection, _Worker] = {}
 
     def submit(self, piece: Any) -> None:
-        """Have a piece done."""
+        """Submits a piece."""
         self._waiting.append(piece)
         self._dispatch()
 
     def completed(self) -> Iterator[Ended]:
-        """Give the pieces as they end, until there are none left, or the end is wished."""
+        """Yields the pieces as they end, until there are none left, or the end is wished."""
         from multiprocessing.connection import wait
 
         while self._busy or self._waiting:
@@ -138,7 +138,7 @@ class Pool:
                 yield self._lost(connection, "time")
 
     def close(self) -> None:
-        """Let all processes clear up and go."""
+        """Has all processes clear up and end."""
         workers = self._busy | self._idle
         self._busy, self._idle = {}, {}
         for connection, worker in workers.items():
@@ -167,7 +167,7 @@ class Pool:
         return here, _Worker(process)
 
     def _heard(self, connection: "Connection") -> Iterator[Ended]:
-        """Take what a process says of its piece."""
+        """Receives a message of a process about its piece."""
         worker = self._busy[connection]
         try:
             kind, said = connection.recv()
@@ -186,7 +186,7 @@ class Pool:
             yield Ended(piece, said) if kind == "done" else Ended(piece, failure=Failure("raised", said))
 
     def _lost(self, connection: "Connection", kind: Literal["died", "time", "memory"]) -> Ended:
-        """Give up a process with the piece that it was at."""
+        """Abandons a process with the piece that it was at."""
         worker = self._busy.pop(connection)
         code = self._buried(connection, worker)
         if kind == "died" and self._megabytes is not None and code == -signal.SIGABRT:
@@ -208,14 +208,14 @@ class Pool:
 
 
 def processors() -> int:
-    """Give how many processors this process may use."""
+    """Returns the number of processors that this process may use."""
     if sys.platform == "linux":
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def _serve(connection: "Connection", work: Work, megabytes: int | None) -> None:
-    """Do pieces of work one after the other, in a process that does nothing else."""
+    """Does pieces of work one after the other, in a process that does nothing else."""
     import threading
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that waits for this one
@@ -239,7 +239,7 @@ def _serve(connection: "Connection", work: Work, megabytes: int | None) -> None:
 
 
 def _follow() -> None:
-    """End with the process that has started this one, so that what it began is not done twice."""
+    """Ends with the process that has started this one, so that its work is not done twice."""
     import multiprocessing
     from multiprocessing.connection import wait
 

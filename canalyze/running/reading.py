@@ -44,19 +44,19 @@ class Reader(Protocol):
 
     @property
     def ended(self) -> bool:
-        """Whether the end is wished before all is read."""
+        """True if the end is wished before all is read."""
 
     def during(self, wait: Callable[[], T]) -> T | None:
-        """Do what may wait long; None where a wish for the end came first."""
+        """Calls what may wait long; None where a wish for the end came first."""
 
     def complain(self, line: str) -> None:
-        """Take a line about what a capture contains, for people."""
+        """Receives a line about the contents of a capture, for people."""
 
     def failed(self, error: SourceError) -> None:
-        """Take it that an input cannot be read, or no further; what is raised here ends the pass."""
+        """Receives the reason why an input cannot be read, or no further; an error raised here ends the pass."""
 
     def step(self, size: int, frames: int) -> None:
-        """Take it that `size` bytes more were read, and how many frames there are by now."""
+        """Receives that `size` bytes more were read, and the number of frames by now."""
 
 
 class _Input:
@@ -66,12 +66,12 @@ class _Input:
         self.capture = capture
         self.taken = 0
         self.rest = b""
-        """What was read and not fed yet."""
+        """Bytes that were read and not fed yet."""
         self.fresh = False
-        """What was given last is the beginning of what was read."""
+        """True if the bytes returned last are the beginning of what was read."""
 
     def read(self, most: int) -> bytes:
-        """Give the next bytes, at most so many; b"" at the end."""
+        """Returns the next bytes, at most so many; b"" at the end."""
         self.fresh = not self.rest
         if self.fresh:
             self.rest = self.capture.read()
@@ -114,7 +114,7 @@ class Reading:
         """Something could be read of it."""
 
     def over(self, names: Sequence[str]) -> Generator[bytes, None, None]:
-        """Read all of them and finish the capture: give every result of the session, in order, also an empty one."""
+        """Reads all of them and finishes the capture; yields every result in order, also an empty one."""
         for group in [names] if self._merge else [(name,) for name in names]:
             if self._reader.ended:
                 break
@@ -125,7 +125,7 @@ class Reading:
         yield from self._results(self._session.finish(), hold=False)
 
     def _read(self, names: Sequence[str]) -> Iterator[bytes]:
-        """Read files together: each goes on when the session needs it."""
+        """Reads files together: each goes on when the session needs it."""
         with ExitStack() as stack:
             inputs: list[_Input] = []
             for name in names:
@@ -215,7 +215,7 @@ class Reading:
             self._reader.complain(remark.in_words(self._words))
 
     def _results(self, result: bytes, *, hold: bool) -> Iterator[bytes]:
-        """Pass a result on, then what is to be complained of; of a file that is no capture one line will do."""
+        """Yields a result, then passes complaints on; of a file that is no capture one line is enough."""
         yield result
         complaints = self._session.complaints()
         if hold and self._session.file_frames == 0:
@@ -250,7 +250,7 @@ class Counted:
         return self._capture.damage
 
     def read(self) -> bytes:
-        """Return the next bytes, b"" at the end."""
+        """Returns the next bytes, b"" at the end."""
         if data := self._capture.read():
             self._session.feed(data)
         else:
@@ -269,7 +269,7 @@ def nothing(
     given_format: bool,
     frameless: bool = False,
 ) -> SourceError | None:
-    """Return why there is no frame, unless that is no fault: of a file with topics, which ones there are."""
+    """Returns why there is no frame, unless that is no fault: of a file with topics, which ones there are."""
     if capture.format == "live":  # on a bus there may be silence
         return None
     if not capture.taken:
@@ -298,7 +298,7 @@ def nothing(
 
 
 def _first_line(head: bytes) -> str:
-    """Return the first line of a file that is not blank, shortened."""
+    """Returns the first line of a file that is not blank, shortened."""
     lines = (line.strip() for line in head.decode("utf-8", "backslashreplace").splitlines())
     said = next((line for line in lines if line), "")
     first = "".join(char if char.isprintable() else "?" for char in said)

@@ -1,4 +1,4 @@
-"""What is seen on a live bus, written to files as it comes, whatever is shown of it: what `Live` hands its blocks to.
+"""Recordings of a live bus: `Live` hands its blocks to them, whatever is shown of it.
 
 A session of its own turns the blocks into the format of the file. Each piece is with the system as soon as `take`
 returns, so that a killed process leaves a readable file. A file that cannot be written is told once and left; nothing
@@ -27,9 +27,9 @@ FORMS: Final = ("candump", "asc", "mcap", "pcapng")
 """Formats that are readable up to where a process was killed."""
 
 _LOOK_S: Final = 1.0
-"""How often it is looked whether a file is still there."""
+"""Interval of checks that a file still exists."""
 _MCAP: Final = b"\x89MCAP0\r\n"
-"""How an MCAP begins and ends."""
+"""First and last bytes of an MCAP."""
 _LOSSES: Final = 20
 """Most lines of losses that are kept of one recording."""
 
@@ -53,7 +53,7 @@ class Limit(NamedTuple):
 
 
 def limit(text: str) -> Limit | None:
-    """Read a size (100MB, 64MiB, 500k) or a time (30s, 10m, 1h); None for what is neither."""
+    """Reads a size (100MB, 64MiB, 500k) or a time (30s, 10m, 1h); None for what is neither."""
     match = _LIMIT.fullmatch(text.strip())
     if match is None:
         return None
@@ -65,18 +65,18 @@ def limit(text: str) -> Limit | None:
 
 
 def recordable() -> dict[str, str]:
-    """Give the formats by the ends of names that a recording may have."""
+    """Returns the formats by the ends of names that a recording may have."""
     return {suffix: form for suffix, form in suffixes().items() if form in FORMS}
 
 
 def form_of(name: str) -> str | None:
-    """Give the format of a recording of that name; None if it tells none that can be recorded."""
+    """Returns the format of a recording of that name; None without one that can be recorded."""
     return recordable().get(Path(name).suffix.lower())
 
 
 @dataclass
 class Written:
-    """What became of one recording."""
+    """The result of one recording."""
 
     name: str
     """As the user has named it."""
@@ -93,7 +93,7 @@ class Written:
     """Why it was broken off; "" if it was not."""
 
     def in_words(self, words: Words) -> str:
-        """Say what became of it, for people."""
+        """Returns its result in words."""
         facts = {"frames": self.frames, "size": _size(self.bytes)}
         if len(self.files) + self.deleted > 1:
             facts |= {"first": self.files[0], "last": self.files[-1], "files": len(self.files)}
@@ -114,7 +114,7 @@ def _size(size: int) -> str:
 
 
 def _is_unfinished(name: str) -> bool:
-    """Tell whether a file is an MCAP without its end, as a process leaves it that is killed."""
+    """Returns true for an MCAP file without its end, as a killed process leaves it."""
     try:
         with Path(name).open("rb") as file:
             begin = file.read(len(_MCAP))
@@ -130,7 +130,7 @@ class Recording:
     def __init__(
         self, name: str, words: Words, *, limit: Limit | None = None, keep: int | None = None, force: bool = False
     ) -> None:
-        """Open the first file; OutputError if it exists and is not to be replaced, or cannot be written.
+        """Opens the first file; OutputError if it exists and is not to be replaced, or cannot be written.
 
         The format is told by the name (`form_of`). keep: so many files are left, those before them are deleted.
         """
@@ -195,14 +195,14 @@ class Recording:
             self._write(self._session.feed(b"".join(self._names.values())))
 
     def abandon(self) -> None:
-        """Leave everything as it was, where nothing was taken yet."""
+        """Leaves everything as it was, where nothing was written yet."""
         fd, self._fd = self._fd, -1
         os.close(fd)
         if not self._replaces:
             Path(self._name).unlink(missing_ok=True)
 
     def take(self, blocks: bytes) -> None:
-        """Write what came: whole blocks of the live stream. What cannot be written is among `remarks`."""
+        """Writes whole blocks of the live stream. A failure is among `remarks`."""
         if self._fd < 0:
             return
         try:
@@ -215,7 +215,7 @@ class Recording:
             self._fail(error)
 
     def _take_apart(self, blocks: bytes) -> None:
-        """Write block by block: a file that is full ends before frames."""
+        """Writes block by block: a file that is full ends before frames."""
         start = 0
         for kind, bus, _, at, end in heads(blocks):
             if kind == BUS:
@@ -244,7 +244,7 @@ class Recording:
         self._drop_oldest()  # not before: where no further file can be opened, the last one is all there is
 
     def _drop_oldest(self) -> None:
-        """Delete what is more than is kept; one that cannot be deleted is told once and left."""
+        """Deletes files beyond those that are kept; one that cannot be deleted is reported once and left."""
         while self._keep is not None and len(self.written.files) > self._keep:
             name = self.written.files.pop(0)
             size, frames = self._held.pop(name, (0, 0))
@@ -272,12 +272,12 @@ class Recording:
         self._size += len(data)
 
     def _cut(self) -> None:
-        """Take away the part of a piece that was written: a file ends with a whole frame."""
+        """Removes the part of a piece that was written: a file ends with a whole frame."""
         with suppress(OSError):
             os.ftruncate(self._fd, self._size)
 
     def _look(self) -> None:
-        """Look whether the file is still where it was opened: else what is written is lost in silence."""
+        """Raises if the file is no longer where it was opened: what is written would be lost in silence."""
         now = time.monotonic()
         if now - self._looked < _LOOK_S:
             return
@@ -290,7 +290,7 @@ class Recording:
             raise OutputError("record.gone", name=self._name)
 
     def _finish(self) -> None:
-        """End the file that is written."""
+        """Ends the file that is written."""
         try:
             self._write(self._session.end())
             self._write(self._session.finish())
@@ -298,7 +298,7 @@ class Recording:
             self._account()
 
     def _account(self) -> None:
-        """Count what is in the file, and close it."""
+        """Counts what is in the file, and closes it."""
         fd, self._fd = self._fd, -1
         self.written.bytes += self._size
         self.written.frames += self._session.frames
@@ -321,12 +321,12 @@ class Recording:
                 self._account()
 
     def remarks(self) -> list[CanalyzeError]:
-        """Give what is to be told since the last call, for standard error."""
+        """Returns what is to be reported since the last call, for standard error."""
         said, self._said = self._said, []
         return said
 
     def close(self) -> None:
-        """End it; closing twice is harmless."""
+        """Ends it; closing twice is harmless."""
         if self._fd < 0:
             return
         try:
@@ -335,7 +335,7 @@ class Recording:
             self._fail(error)
 
     def losses(self) -> list[str]:
-        """Give what the format could not hold, a line each in words; after `close`."""
+        """Returns what the format could not hold, a line each in words; after `close`."""
         return self._losses
 
 
@@ -343,46 +343,46 @@ class Recordings:
     """Several recordings of the same bus; one that fails does not stop the others."""
 
     def __init__(self, recordings: Sequence[Recording]) -> None:
-        """Take them; they are closed with this."""
+        """Takes them; they are closed with this."""
         self._recordings = tuple(recordings)
         self._lock = threading.Lock()
 
     @property
     def failed(self) -> bool:
-        """Whether one of them was broken off."""
+        """True if one of them was broken off."""
         return any(one.written.failure for one in self._recordings)
 
     @property
     def written(self) -> list[Written]:
-        """What became of each."""
+        """The result of each."""
         return [one.written for one in self._recordings]
 
     def take(self, blocks: bytes) -> None:
-        """Hand whole blocks of the live stream to each; never raises."""
+        """Hands whole blocks of the live stream to each; never raises."""
         with self._lock:
             for one in self._recordings:
                 one.take(blocks)
 
     def remarks(self) -> list[CanalyzeError]:
-        """Give what is to be told since the last call, for standard error."""
+        """Returns what is to be reported since the last call, for standard error."""
         with self._lock:
             return [remark for one in self._recordings for remark in one.remarks()]
 
     def close(self) -> None:
-        """End all of them; closing twice is harmless."""
+        """Ends all of them; closing twice is harmless."""
         with self._lock:
             for one in self._recordings:
                 one.close()
 
     def losses(self) -> list[str]:
-        """Give what the formats could not hold, a line each in words; after `close`."""
+        """Returns what the formats could not hold, a line each in words; after `close`."""
         return [line for one in self._recordings for line in one.losses()]
 
 
 def open_recordings(
     names: Sequence[str], words: Words, *, limit: Limit | None, keep: int | None, force: bool
 ) -> Recordings:
-    """Open all of them, or none; OutputError as `Recording` has it."""
+    """Opens all of them, or none; OutputError as `Recording` has it."""
     opened: list[Recording] = []
     try:
         for name in names:

@@ -38,14 +38,14 @@ class Interrupt:
         self._before: dict[int, Callable[[int, FrameType | None], object] | int | None] = {}
 
     def __enter__(self) -> Self:
-        """Listen, except to what the caller ignores (as a shell does for a command in the background)."""
+        """Handles signals, except those that the caller ignores (as a shell does for a command in the background)."""
         for number in (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", None)):
             if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
                 self._before[number] = signal.signal(number, self._wish)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Let the signals be what they were."""
+        """Restores the handlers of the signals."""
         for number, handler in self._before.items():
             if handler is not None:
                 signal.signal(number, handler)
@@ -62,11 +62,11 @@ class Interrupt:
 
     @property
     def ended(self) -> bool:
-        """Whether what is under way has to end where it is."""
+        """True if what is under way has to end where it is."""
         return self.signal != 0 and self._wished is None
 
     def during(self, wait: Callable[[], T]) -> T | None:
-        """Do what may wait long, unless the end is wished; a wish ends the waiting, and the answer is then None."""
+        """Calls what may wait long, unless the end is wished; a wish ends the waiting, and the answer is then None."""
         try:
             self._waiting = True
             return None if self.ended else wait()
@@ -77,13 +77,23 @@ class Interrupt:
 
 
 class Meter(Protocol):
-    """What is told how far the reading is: a line on a terminal, or another process."""
+    """Shows how far the reading is: a line on a terminal, or a message to another process."""
 
     def step(self, size: int, frames: int) -> None:
-        """Count `size` bytes more; so many frames were read."""
+        """Counts `size` bytes more; so many frames were read."""
 
     def clear(self) -> None:
-        """Something else is about to be written."""
+        """Hides it: something else is about to be written."""
+
+
+class NoProgress:
+    """A meter that shows nothing: of a reading beside the one that counts."""
+
+    def step(self, size: int, frames: int) -> None:
+        """Shows nothing."""
+
+    def clear(self) -> None:
+        """Shows nothing."""
 
 
 class Run:
@@ -138,7 +148,7 @@ class Run:
         return self._interrupt.signal
 
     def over(self, names: tuple[str, ...]) -> int:
-        """Read all of them, one after the other or joined by time, and finish the capture; give the exit code."""
+        """Reads all of them, one after the other or joined by time, and finishes the capture; returns the exit code."""
         self._code = 0
         reading = self._reading(self)
         try:
@@ -156,30 +166,30 @@ class Run:
 
     @property
     def ended(self) -> bool:
-        """Whether a signal came."""
+        """True if a signal came."""
         return self._interrupt.ended
 
     def during(self, wait: Callable[[], T]) -> T | None:
-        """Do what may wait long; a signal ends the waiting, and the answer is then None."""
+        """Calls what may wait long; a signal ends the waiting, and the answer is then None."""
         return self._interrupt.during(wait)
 
     def complain(self, line: str) -> None:
-        """Write a line to standard error, with the progress out of its way."""
+        """Writes a line to standard error, with the progress out of its way."""
         self._progress.clear()
         self._tell(line)
 
     def failed(self, error: SourceError) -> None:
-        """Say that an input cannot be read: the others are read all the same, and the exit code tells."""
+        """Reports that an input cannot be read: the others are read all the same, and the exit code shows it."""
         reason = error.in_words(self._words)
         self.failure = self.failure or reason
         self.complain(f"canalyze: {reason}")
         self._code = error.exit_code
 
     def step(self, size: int, frames: int) -> None:
-        """Show progress."""
+        """Shows progress."""
         self._progress.step(size, frames)
 
 
 def piped() -> bool:
-    """Tell whether standard input is a pipe or a file, so that it may be read unasked."""
+    """Returns true if standard input is a pipe or a file, so that it may be read unasked."""
     return sys.stdin is not None and not sys.stdin.isatty()

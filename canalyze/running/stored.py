@@ -14,14 +14,13 @@ from typing import Any, Final
 
 import click
 
-from canalyze.configuration.config import Config
 from canalyze.configuration.descriptions import Carrier, carriers, network
 from canalyze.configuration.network import Description, Known
-from canalyze.configuration.options import known_of, start_session
+from canalyze.configuration.options import configured, known_of, start_session, usage
 from canalyze.dictionary import read
 from canalyze.errors import SourceError
 from canalyze.output import complain
-from canalyze.running.run import Run
+from canalyze.running.run import NoProgress, Run
 from canalyze.sources.file import STDIN
 from canalyze.sources.names import expanded
 from canalyze.words import Words
@@ -32,23 +31,13 @@ _OF_THESE: Final = re.compile(f"_({_STORED}|{_FORMAT})h_")
 """In the names that the core has for the data of a transfer."""
 
 
-class _Silent:
-    """Takes the progress of the first reading and shows nothing: the reading that counts comes next."""
-
-    def step(self, size: int, frames: int) -> None:
-        """Count."""
-
-    def clear(self) -> None:
-        """Show nothing."""
-
-
 def describe(context: click.Context, words: Words) -> None:
-    """Put the descriptions that the command's files hold among its `--eds`; a line each to standard error."""
+    """Adds the descriptions in the command's files to its `--eds`; a line each to standard error."""
     names = context.params["files"]
     if not names or STDIN in names:
-        raise click.UsageError(words("stored.stdin"), context)
+        raise usage(words, "stored.stdin")
     given: Any = context.params
-    filed = (context.find_object(Config) or Config()).known
+    filed = configured().known
     told = carriers(filed, known_of(given), {})
     folder = Path(context.with_resource(tempfile.TemporaryDirectory(prefix="canalyze-")))
     held, formats = _held(tuple(one.name for one in expanded(names) if one.error is None), words, context)
@@ -75,7 +64,7 @@ def describe(context: click.Context, words: Words) -> None:
 def _held(
     names: tuple[str, ...], words: Words, context: click.Context
 ) -> tuple[dict[Carrier, tuple[bytes, str]], dict[Carrier, int]]:
-    """Give what 1021h held, the last that is whole, with its status; and 1022h, the form of it."""
+    """Returns the last whole value of 1021h with its status, and of 1022h, its form."""
     given: Any = context.params
     sdos = network(Known(), Known(sdos=given["sdo"]), None)
     session = start_session(words, given, format="columns", extract=True, network=sdos)
@@ -100,7 +89,7 @@ def _held(
                     held[carrier] = parts[name], ended
             del parts[name]
 
-    code = Run(session, words, _Silent(), take, given, tell=lambda _: None).over(names)
+    code = Run(session, words, NoProgress(), take, given, tell=lambda _: None).over(names)
     if code >= 128:
         context.exit(code)
     return held, formats

@@ -12,11 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self, TypedDict
 
-import click
-
-from canalyze.configuration.config import Config
-from canalyze.configuration.network import Known
-from canalyze.configuration.options import ANY_PATH, CaptureOptions, known_of, spelled
+from canalyze.configuration.options import ANY_PATH, CaptureOptions, configured, known_of, option, usage
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output.writing import in_place
 from canalyze.timeline.viewer import (
@@ -37,14 +33,14 @@ if TYPE_CHECKING:
     from canalyze.timeline.feed import Feed
 
 SUFFIX: Final = ".rrd"
-"""How the name of a timeline's file ends: Rerun opens no other."""
+"""Suffix of a timeline's file: Rerun opens no other."""
 _EVERY_S: Final = 0.1
-"""How often what came is handed on: ten times a second."""
+"""Interval at which new rows are handed on: ten times a second."""
 _STEP_S: Final = 0.1
 
 
 class ViewingOptions(TypedDict, total=False):
-    """What `viewing_options` give a command, by the names of its parameters."""
+    """The parameters of `VIEWING`, by their names."""
 
     save: str | None
     web: bool
@@ -52,20 +48,19 @@ class ViewingOptions(TypedDict, total=False):
     port: int | None
 
 
-def viewing_options(words: Words, command: str) -> list[click.Parameter]:
-    """Give --save, in the words of the command, --web, --bind and --port."""
-    return [
-        click.Option(["--save"], type=ANY_PATH, metavar="FILE.rrd", help=words(f"{command}.save")),
-        click.Option(["--web"], is_flag=True, help=words("view.web")),
-        spelled(words, "--bind", address, "bind", "ADDRESS", "view.bind"),
-        spelled(words, "--port", port, "port", "PORT", "view.port"),
-    ]
-
-
 def port(text: str) -> int | None:
-    """Read the number of a port; those that only the system may use are none."""
+    """Reads the number of a port; those that only the system may use are not accepted."""
     number = int(text) if text.isdecimal() and len(text) < 6 else 0
     return number if 1024 <= number <= 65534 else None
+
+
+VIEWING: Final = (
+    option("--save", "FILE.rrd", topic="timeline", usual=8, type=ANY_PATH),
+    option("--web", key="view.web", topic="timeline"),
+    option("--bind", "ADDRESS", address, "bind", key="view.bind", topic="timeline"),
+    option("--port", "PORT", port, "port", key="view.port", topic="timeline"),
+)
+"""`ViewingOptions`; --save is in the words of the command."""
 
 
 def check(
@@ -76,20 +71,18 @@ def check(
     why_not: tuple[str, str],
     drawn: bool = True,
 ) -> None:
-    """Make sure that the options fit each other, and that this machine can do it, before anything is opened.
+    """Raises for options that do not fit each other, and where this machine cannot do it, before anything is opened.
 
     shown: there is to be a viewer; else an option of it is a usage error, in the words `why_not` (key, other option).
     drawn: there is to be a timeline at all.
     """
-    context = click.get_current_context()
     key, other = why_not
     for name in () if shown else ("web", "bind", "port"):
         if given.get(name):
-            facts = {"one": f"--{name}", "option": f"--{name}", "other": other}
-            raise click.UsageError(words(key, **facts), context)
+            raise usage(words, key, one=f"--{name}", option=f"--{name}", other=other)
     save = given.get("save")
-    if save is not None and (Path(save).suffix.lower() != SUFFIX):
-        raise click.UsageError(words("view.suffix", name=save or '""'), context)
+    if save is not None and (Path(save).suffix.lower() != SUFFIX or save == "-"):
+        raise usage(words, "view.suffix", name=save or '""')
     if drawn:
         require()
     if shown and not given.get("web"):
@@ -99,19 +92,18 @@ def check(
 
 
 def configuration(given: CaptureOptions) -> list[str]:
-    """Give what was said of the network, so that one can be told from another."""
-    filed = (click.get_current_context().find_object(Config) or Config()).known
-    known: Known = filed.overruled(known_of(given))
+    """Returns the known network as texts, so that one can be told from another."""
+    known = configured().known.overruled(known_of(given))
     return [str(one) for one in (*known.descriptions, *known.cobs, *known.pdos, *known.profiles, *known.sdos)]
 
 
 def open_viewer(given: ViewingOptions, path: str | None = None) -> Viewer:
-    """Start a viewer as the options say; CanalyzeError where that cannot be."""
+    """Starts a viewer as the options say; CanalyzeError where that cannot be."""
     return Viewer(path=path, bind=given.get("bind") or LOCAL, port=given.get("port"), web=given.get("web", False))
 
 
 def drawn_in(words: Words, tell: Callable[[str], None], *, web: bool) -> Words:
-    """Give the words of a timeline that is shown: English where no font has Chinese; `tell` gets the line about it."""
+    """Returns the words of a timeline that is shown: English where no font has Chinese; `tell` gets a line then."""
     if words.lang != "zh" or has_chinese(web=web):
         return words
     tell(words("view.no_font_page" if web else "view.no_font"))
@@ -119,7 +111,7 @@ def drawn_in(words: Words, tell: Callable[[str], None], *, web: bool) -> Words:
 
 
 def opened(viewer: Viewer, given: ViewingOptions, words: Words) -> list[str]:
-    """Give what is to be told of a viewer that is ready, a line each."""
+    """Returns what is to be reported of a viewer that is ready, a line each."""
     lines = [words("view.page", url=viewer.page)] if viewer.page else []
     bind = given.get("bind") or LOCAL
     if not (bind.startswith("127.") or bind == "::1"):
@@ -139,7 +131,7 @@ class Showing:
     """A live bus in a viewer, in a file, or both, as it comes; a context manager."""
 
     def __init__(self, given: ViewingOptions, words: Words, *, shown: bool, force: bool) -> None:
-        """Start the viewer if it is to be shown, and look at the file; CanalyzeError for what cannot be."""
+        """Starts the viewer if it is to be shown, and claims the file; CanalyzeError for what cannot be."""
         self._given = given
         self._words = words
         self._file = _claim(given.get("save"), force=force)
@@ -151,7 +143,7 @@ class Showing:
     def begin(
         self, name: str, settings: CaptureOptions, tell: Callable[[str], None], unless: Callable[[], bool]
     ) -> None:
-        """Wait until the viewer is ready; CanalyzeError where it never is.
+        """Waits until the viewer is ready; CanalyzeError where it never is.
 
         tell: gets what is to be known of it. unless: ends the waiting; nothing is shown then.
         """
@@ -171,7 +163,7 @@ class Showing:
         self._every = list(self._ways)
 
     def step(self, session: "Session", tell: Callable[[str], None]) -> None:
-        """Hand on what came, ten times a second at most; never waits. tell: gets what has gone wrong."""
+        """Hands on what came, ten times a second at most; never waits. tell: gets what has gone wrong."""
         now = time.monotonic()
         if now < self._next:
             return
@@ -179,7 +171,7 @@ class Showing:
         self._give(session.batches(flush=True), tell)
 
     def complete(self, session: "Session", seen: Sequence[str], tell: Callable[[str], None]) -> list[str]:
-        """Hand on the rest and complete the file; give what is to be told of it, a line each.
+        """Hands on the rest and completes the file; returns what is to be reported of it, a line each.
 
         seen: what there was, for the summary on the timeline.
         """
@@ -202,23 +194,23 @@ class Showing:
 
     @property
     def failed(self) -> bool:
-        """Whether the file was broken off."""
+        """True if the file was broken off."""
         return any(way.file and way.feed.failure for way in self._every)
 
     @property
     def stays(self) -> str:
-        """What is to be told of a viewer that is still open; "" where there is none."""
+        """The line about a viewer that is still open; "" without one."""
         if self._viewer is None or not self._viewer.running or all(way.file for way in self._every):
             return ""
         return self._words("view.stays_page" if self._viewer.page else "view.stays", url=self._viewer.page)
 
     def wait(self) -> None:
-        """Wait until the user has closed the viewer."""
+        """Waits until the user has closed the viewer."""
         if self._viewer is not None:
             self._viewer.wait()
 
     def close(self) -> None:
-        """End the viewer, and what was on its way to it; in bounded time."""
+        """Ends the viewer, and what was on its way to it; in bounded time."""
         if self._viewer is not None:
             self._viewer.close()
         for way in self._every:
@@ -229,11 +221,11 @@ class Showing:
                 Path(self._file).unlink()
 
     def __enter__(self) -> Self:
-        """Give it."""
+        """Returns it."""
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """End it."""
+        """Ends it."""
         self.close()
 
     def _give(self, batches: "Iterable[tuple[str, Batch]]", tell: Callable[[str], None]) -> None:
@@ -246,7 +238,7 @@ class Showing:
                 way.feed.give(given)
 
     def _join(self, feed: "Feed", file: str, tell: Callable[[str], None]) -> None:
-        """Give a file that was written in pieces its order and its end."""
+        """Puts a file that was written in pieces in order, and ends it."""
         if feed.failure is None and _size(file):
             try:
                 completed(file)
@@ -254,7 +246,7 @@ class Showing:
                 tell(error.in_words(self._words))
 
     def _watched(self, tell: Callable[[str], None]) -> bool:
-        """Tell whether the viewer is still open."""
+        """Returns true if the viewer is still open."""
         if self._viewer is None or self._viewer.running:
             return True
         failure = self._viewer.failure
@@ -273,7 +265,7 @@ class Showing:
 
 
 def _claim(name: str | None, *, force: bool) -> str | None:
-    """Make sure that a file can be written, and that none is replaced unasked; OutputError where it cannot be.
+    """Claims the file that is written; OutputError if it exists and is not to be replaced, or cannot be written.
 
     It is written in its place, as recordings are: a process that is killed leaves what was seen.
     """

@@ -9,7 +9,7 @@
 //! same, and in `say!` if each has its own order of words. A further language is one more variant of [`Lang`] and one
 //! more column or label at each of these places; the compiler names the missing ones.
 //!
-//! The permitted terms are a table, `canalyze/words/terms.toml`; `tests/test_terms.py` compares every sentence with it.
+//! The permitted terms are a table, `tests/terms.toml`; `tests/test_terms.py` compares every sentence with it.
 //!
 //! Nothing is decided here: the words render the content of `message`, `event` and `finding`.
 

@@ -1,0 +1,65 @@
+"""Recordings diagnosed: one, or several, each by itself.
+
+What went wrong, the core says; how it is laid out, `reports.diagnosis_text`. Must not: read an option's text.
+"""
+
+from contextlib import suppress
+from typing import Any
+
+from canalyze.errors import ReaderGone
+from canalyze.output import Output, Progress, jsonl, told
+from canalyze.problem import KEYS
+from canalyze.reports import diagnosis_read, diagnosis_text
+from canalyze.reports.diagnosis_chosen import fails, select
+from canalyze.reports.diagnosis_text import Chosen, Diagnosed
+from canalyze.running.passes import Pass
+from canalyze.sources.file import total_size
+
+Record = dict[str, Any]
+
+
+def diagnosed(one: Pass, names: tuple[str, ...] = ()) -> tuple[int, list[Record], Record | None]:
+    """Returns the exit code, the problems, and the record of the whole capture if it could be read."""
+    session = one.session(format="diagnosis")
+    results: list[bytes] = []
+    one.progress = Progress(one.words, one.out, total_size(names or one.names))
+    code = one.read(session, results.append, names)
+    records = diagnosis_read.records(results)
+    whole = next((record for record in records if record["kind"] == "diagnosis"), None)
+    incidents = [record for record in records if record["kind"] == "problem"]
+    return code, incidents, None if code and not session.frames else whole
+
+
+def each(one: Pass, found: list[tuple[str, ...]], chosen: Chosen) -> tuple[int, list[tuple[str, ...]]]:
+    """Diagnoses recordings, each by itself; returns the exit code, and the files of those that could be read."""
+    rows: list[Diagnosed] = []
+    worst = 0
+    failing = False
+    with suppress(ReaderGone):
+        for names in found:
+            code, incidents, whole = diagnosed(one, names)
+            worst = worst or code
+            if code >= 128:
+                worst = code
+                told(code, one.out, one.words, stream=False, some=bool(rows))
+                break
+            shown = select(incidents, whole, chosen)
+            failing = failing or fails(shown, one.fail_on)
+            if whole is None:
+                continue
+            if one.form == "jsonl":
+                write_lines(shown, one.out, names)
+            rows.append(Diagnosed(names, shown, whole))
+        if one.form == "text":
+            diagnosis_text.show_each(rows, one.out, one.words, chosen, unread=len(found) - len(rows))
+            diagnosis_text.further_of_each(rows, one.out, one.words)
+    if not rows:
+        one.out.drop()
+    return worst or int(failing), [row.names for row in rows]
+
+
+def write_lines(incidents: list[Record], out: Output, names: tuple[str, ...] = ()) -> None:
+    """Writes a JSON object for each problem; names: with the files of its recording, where there are several."""
+    for one in incidents:
+        record = {key: one[key] for key in KEYS} | ({"files": list(names)} if names else {})
+        out.write(f"{jsonl.text(record)}\n".encode("utf-8", "backslashreplace"))
