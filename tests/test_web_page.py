@@ -233,7 +233,11 @@ def test_frames_are_filtered_as_on_the_command_line(browser: Browser, empty: Pat
     assert filtered(browser, "LIFE GUARD error") == "1 frame" and rows(browser) == [134]
     assert "nonsense" in filtered(browser, "nonsense=1")
     assert browser.run('return document.querySelector("#filter output").className') == "wrong"
-    assert filtered(browser, "") == "175 frames"
+    browser.click("#all")
+    browser.wait('document.querySelector("#filter output").textContent === "175 frames"')
+    assert browser.run('return document.querySelector("#filter input").value') == ""
+    assert browser.run('return document.querySelector("#all").hidden')
+    assert filtered(browser, "node=5") != filtered(browser, "") == "175 frames"
     browser.run(
         'document.querySelector("#filter input").value = "#150"; document.querySelector("#filter").requestSubmit()'
     )

@@ -333,7 +333,7 @@ async function filter(expression) {
   try {
     const count = await ask("filter", { expression });
     page.expression = expression;
-    sayWhatIsSaved();
+    showFiltered();
     list.reset(count);
     output.textContent = say("html.frames", { count });
     remember(expression);
@@ -357,11 +357,12 @@ function remember(expression) {
   while (history.childElementCount > 20) history.lastElementChild.remove();
 }
 
-/** Says how much is saved: a text that is searched for is no filter of a session. */
-function sayWhatIsSaved() {
+/** Says how much is saved (a text that is searched for is no filter of a session) and leads back to all frames. */
+function showFiltered() {
   const { expression } = page;
   const key = !expression ? "html.save" : expression.includes("=") ? "html.save_filtered" : "html.save_all";
   element("save").firstElementChild.textContent = say(key);
+  element("all").hidden = !expression;
 }
 
 /** @param {string} name */
@@ -408,7 +409,7 @@ function download(content, name) {
 async function openAll(sources) {
   page.expression = "";
   element("filter").querySelector("input").value = "";
-  sayWhatIsSaved();
+  showFiltered();
   page.sources = sources.length > 1 ? await grouped(sources) : sources;
   if (page.sources.length === 1) await open(page.sources[0]);
   else if (page.sources.length) await showIndex();
@@ -499,7 +500,7 @@ async function speak(lang) {
   sayAll();
   const forms = SAVED.map(([name]) => make("option", { value: name }, word("html_save", name)));
   element("save").replaceChildren(make("option", { value: "" }), ...forms);
-  sayWhatIsSaved();
+  showFiltered();
   element("time").textContent = word("html_time", list.time);
   descriptions.draw();
   await again();
@@ -571,6 +572,7 @@ function begin() {
     take(files);
   });
   element("language").addEventListener("click", () => speak(language.now === "zh" ? "en" : "zh"));
+  element("all").addEventListener("click", () => filter(""));
   element("back").addEventListener("click", () => back());
   element("keys").addEventListener("click", () => element("help").showModal());
   element("cancel").addEventListener("click", () => {
