@@ -15,8 +15,11 @@ from captures import TESTS
 PACKAGE = TESTS.parent / "canalyze"
 OPENERS = {"Give", "Take", "Tell", "Say", "Put", "Let", "What", "Whether", "Return", "How"}
 """First words that no docstring has."""
-LATER = {"check", "commands", "configuration", "library", "running"}
-"""Rooms whose docstrings are not rewritten yet."""
+LATER = {
+    *("check", "commands", "configuration", "expectations", "library", "running"),
+    *("assertion.py", "finding.py", "problem.py"),
+}
+"""Rooms and files whose docstrings are not rewritten yet."""
 FILES = [
     path
     for path in sorted([*PACKAGE.rglob("*.py"), *PACKAGE.glob("*.pyi")])
