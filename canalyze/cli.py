@@ -1,14 +1,14 @@
-"""The command line: the group of commands, global options, language, exit codes.
+"""The command line as a whole: the group of commands, global options, language, exit codes; nothing else.
 
-`main` is the only place where errors become a line and a code:
+`main` is the one place where errors become a line and a code:
 
-    0    done; also if the reader of a pipe went away
-    1    check: there are findings; sniff: an expectation is not met
+    0    done; also when the reader of a pipe went away
+    1    check: there are findings; sniff: an expectation does not hold
     2    wrong usage, or something could not be read or written
-    3    fleet: finished, but some captures failed
-    130  Ctrl-C (143: SIGTERM); results so far are written. For sniff Ctrl-C is the normal end: 0
+    3    fleet: all is done, but for captures that failed
+    130  Ctrl-C (143: SIGTERM); what was known by then is written. For sniff Ctrl-C is the normal end: 0
 
-A command's module is imported only when that command is run.
+A command's module is imported only when that command is asked for.
 """
 
 import os
@@ -32,10 +32,10 @@ TOPICS: Final = {
     "judge": ("check", "expect", "diff", "fleet", "rules"),
     "files": ("info", "convert", "export", "eds", "mcp", "examples", "help"),
 }
-"""The commands as grouped in the help; the module of each is in `commands/`."""
+"""The commands as help groups them; each stands in `commands/` under its name."""
 COMMANDS: Final = tuple(name for names in TOPICS.values() for name in names)
 _MACHINE: Final = ("signals", "convert", "export")
-"""Commands whose default output is no text for people."""
+"""Commands whose output is no text for people, unless asked."""
 
 _FORMER: Final = {
     ("--incidents", None): ("--problems", None),
@@ -54,7 +54,7 @@ class Group(click.Group):
     """The commands, imported on demand, with help in the language of the run."""
 
     def __init__(self, words: Words) -> None:
-        """Creates the group in one language."""
+        """Build the group in one language."""
         version = click.Option(
             ["--version"],
             is_flag=True,
@@ -67,11 +67,11 @@ class Group(click.Group):
         self._words = words
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Returns the names, without importing anything."""
+        """Give the names, without importing anything."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Imports and returns one command."""
+        """Import and build one command."""
         if cmd_name not in COMMANDS:
             return None
         from importlib import import_module
@@ -83,7 +83,7 @@ class Group(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Returns the command; the error for an unknown one contains similar names."""
+        """Find the command; say which names are near if there is none."""
         if args[0] in COMMANDS or ctx.resilient_parsing:
             return super().resolve_command(ctx, args)
         near = _near(args[0])
@@ -91,12 +91,12 @@ class Group(click.Group):
         raise click.UsageError(self._words(key, name=args[0] or '""', near=self._words("usage.or").join(near)), ctx)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parses the arguments; errors contain their context."""
+        """Parse; an error knows then where it is."""
         with located(ctx):
             return super().parse_args(ctx, args)
 
     def get_help(self, ctx: click.Context) -> str:
-        """Returns the help page."""
+        """Give the page."""
         return page(self, ctx, self._words, TOPICS)
 
 
@@ -107,12 +107,12 @@ def _show_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
 
 
 def build(lang: str) -> click.Group:
-    """Returns the whole command line in one language."""
+    """Give the whole command line in one language."""
     return Group(Words(lang))
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs one command line; returns the exit code."""
+    """Run one command line; give the exit code."""
     try:
         return _run(list(sys.argv[1:] if argv is None else argv))
     except KeyboardInterrupt:
@@ -168,7 +168,7 @@ def _completes() -> bool:
 
 
 def _commanded(args: list[str]) -> list[str]:
-    """Inserts the default command `diagnose` before files without a command, or for a pipe."""
+    """Put the command before files that come without one, or a pipe: they are diagnosed."""
     first = next((arg for arg in args if not arg.startswith("-") or arg == "-"), None)
     if first in COMMANDS or _completes():
         return args
@@ -184,7 +184,7 @@ def _commanded(args: list[str]) -> list[str]:
 
 
 def _of_a_pipe(args: list[str]) -> bool:
-    """Returns true if the input is a pipe or a redirected file, and the arguments are only options."""
+    """Return true if a capture comes through a pipe or from a file, and nothing but options is said of it."""
     import stat
 
     if (args and not args[0].startswith("-")) or _explains(args) or not {*args}.isdisjoint(COMMANDS):
@@ -199,7 +199,7 @@ def _of_a_pipe(args: list[str]) -> bool:
 
 
 def _renamed(args: list[str]) -> list[str]:
-    """Returns the arguments with former spellings replaced."""
+    """Return the arguments with former spellings replaced by those of today."""
     found: list[str] = []
     rest = list(args)
     while rest:
@@ -217,25 +217,25 @@ def _renamed(args: list[str]) -> list[str]:
 
 
 def _near(name: str) -> list[str]:
-    """Returns similar names of commands."""
+    """Give the commands that may have been meant."""
     from difflib import get_close_matches
 
     return get_close_matches(name, COMMANDS)
 
 
 def _command(args: list[str]) -> str:
-    """Returns the command line up to the command, if there is one."""
+    """Give what was typed up to the command, if there is one."""
     name = next((arg for arg in args if not arg.startswith("-")), "")
     return f"canalyze {name}" if name in COMMANDS else "canalyze"
 
 
 def _explains(args: list[str]) -> bool:
-    """Returns true if help or the version is requested, which must work with an invalid configuration."""
+    """Tell whether help or the version is asked for: nothing about a configuration may stand in its way."""
     return not {"-h", "--help", "--version"}.isdisjoint(args[: args.index("--")] if "--" in args else args)
 
 
 def _reads_no_chinese(args: list[str]) -> bool:
-    """Returns true if a person may not be able to read Chinese output, and should see how to get English."""
+    """Tell whether somebody may sit there who cannot read what comes: only then is it said how to get English."""
     out, err = (stream is not None and stream.isatty() for stream in (sys.stdout, sys.stderr))
     if not out or not err or not shows_chinese() or _completes() or "--version" in args:
         return False
@@ -259,9 +259,9 @@ def _words(config: Config, *, notice: bool = True) -> Words:
 
 
 def _take_global(args: list[str], found: dict[str, str]) -> tuple[list[str], str]:
-    """Removes --lang, --config and --no-pager before "--" from the arguments; the last of each counts.
+    """Take --lang, --config and --no-pager out of the arguments, wherever they are before "--"; the last one counts.
 
-    Returns the rest, and the option whose value is missing, if any.
+    Gives what is left, and the option whose value is missing, if one is.
     """
     rest: list[str] = []
     waiting = iter(args)

@@ -1,7 +1,7 @@
-"""Help pages and usage errors in the language of the run, on top of click.
+"""Help pages and usage errors in our words, on top of click.
 
-click's own pages are English and measure text in characters; these are laid out by `layout`. Sentences are in
-`words`; nothing here knows a command.
+click's own pages are English and measure text in characters; these speak the language of the run and are laid out by
+`layout`. Sentences stand in `words`; nothing here knows a command.
 """
 
 import os
@@ -21,11 +21,11 @@ from canalyze.words import Words
 
 _MARGIN: Final = 2
 _FEW: Final = 8
-"""Maximum number of options without headings."""
+"""So many options need no headings."""
 _TERM: Final = 24
-"""Maximum width of an option with its explanation beside it."""
+"""Columns of an option, at most, beside which its explanation stands."""
 _USUAL: Final = 5
-"""Number of common options shown first."""
+"""Options that stand first."""
 _FIRST: Final = (
     *(
         "-n",
@@ -43,7 +43,7 @@ _FIRST: Final = (
     *("--history", "--at", "--speed", "--eds", "--filter", "--select", "--tolerance", "--bitrate", "-t", "--output"),
     *("--save", "--format", "--merge", "--force"),
 )
-"""Common options of all commands; a command shows the first of these that it has."""
+"""The usual ones, of whichever command: it shows the first of these that it has."""
 _TOPICS: Final = {
     "own": (),
     "chosen": ("--filter", "--around", "--frame", "--since", "--node", "--grep", "--problem", "--bus", "--select"),
@@ -56,14 +56,14 @@ _TOPICS: Final = {
     "output": ("--format", "--number", "--color", "--output", "--force"),
     "general": ("--lang", "--config", "--no-pager", "--help", "--version"),
 }
-"""The other options by topic; an option without a topic is the command's own."""
+"""All others, by what they are about; one that is in none of these is the command's own."""
 
 
 class Command(click.Command):
     """A command whose help is a page in the language of the run."""
 
     def __init__(self, name: str, words: Words, run: Callable[..., int], params: list[click.Parameter]) -> None:
-        """Creates the command with the words of its name; `run` returns the exit code."""
+        """Take the command's words by its name; `run` gives the exit code."""
         super().__init__(
             name,
             callback=run,
@@ -74,12 +74,12 @@ class Command(click.Command):
         self._words = words
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parses the arguments; errors contain their command."""
+        """Parse; an error knows then in which command it is."""
         with located(ctx):
             return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Runs the command."""
+        """Run it."""
         short = (PROBLEM, *(one.name for one in SHORT))
         if any(ctx.params.get(name) is not None for name in short):
             from canalyze.running.chosen import choose
@@ -94,15 +94,15 @@ class Command(click.Command):
         return super().invoke(ctx)
 
     def get_help(self, ctx: click.Context) -> str:
-        """Returns the help page."""
+        """Give the page."""
         return page(self, ctx, self._words)
 
 
 class Listing(Command):
-    """A command whose text is shown in a pager on a terminal, if it has an end."""
+    """A command whose text a pager shows, where somebody sits there and it has an end."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Runs the command."""
+        """Run it."""
         if not _is_paged(ctx):
             return super().invoke(ctx)
 
@@ -116,7 +116,7 @@ class Listing(Command):
 
 
 def _is_paged(ctx: click.Context) -> bool:
-    """Returns true on a terminal, unless an option disables it or the input comes while it is shown."""
+    """Return true on a terminal, unless an option says no or the input comes while it is shown."""
     config = ctx.find_object(Config) or Config()
     if not config.pager or terminal_encoding() is None or sys.stdin is None or not sys.stdin.isatty():
         return False
@@ -124,7 +124,7 @@ def _is_paged(ctx: click.Context) -> bool:
 
 
 def _is_stream(name: str) -> bool:
-    """Returns true for a pipe or a device."""
+    """Return true for a pipe or a device."""
     try:
         mode = os.stat(name).st_mode  # noqa: PTH116 - as in `sources.file`
     except (OSError, ValueError):
@@ -134,7 +134,7 @@ def _is_stream(name: str) -> bool:
 
 @contextmanager
 def located(ctx: click.Context) -> Iterator[None]:
-    """Adds the context to usage errors that click raises without one."""
+    """Give a usage error its context, which click's parser leaves out of some."""
     try:
         yield
     except click.UsageError as error:
@@ -145,7 +145,7 @@ def located(ctx: click.Context) -> Iterator[None]:
 def page(
     command: click.Command, ctx: click.Context, words: Words, topics: Mapping[str, Sequence[str]] | None = None
 ) -> str:
-    """Returns the help of a command, with the words of its name. topics: the commands of a group."""
+    """Lay out the help of a command; its words are found by its name. topics: its commands, where it is a group."""
     import shutil
 
     name = command.name or ""
@@ -176,7 +176,7 @@ def page(
 
 
 def screen(command: click.Command, words: Words, topics: Mapping[str, Sequence[str]]) -> str:
-    """Returns the output of a group without a command: usual command lines, command names, and how to get help."""
+    """Return what a group prints without a command: usual command lines, its commands by name, and how to get help."""
     import shutil
 
     name = command.name or ""
@@ -190,7 +190,7 @@ def screen(command: click.Command, words: Words, topics: Mapping[str, Sequence[s
 
 
 def _grouped(options: list[click.Option]) -> dict[str, list[click.Option]]:
-    """Returns the options under the headings of the help page, in their order."""
+    """Give the options under the headings that help shows, in their order."""
     if len(options) <= _FEW:
         return {"options": options}
     named = {option.opts[-1]: option for option in options}
@@ -214,14 +214,14 @@ def _verbatim(text: str) -> list[str]:
 
 
 def usage_line(error: click.UsageError, words: Words) -> str:
-    """Returns a usage error as one line: the problem, and how to get help."""
+    """Give a usage error as one line: what is wrong, and where help is."""
     command = error.ctx.command_path if error.ctx else "canalyze"
     key = "usage.core_line" if isinstance(error, CoreUsageError) else "usage.line"
     return words(key, command=command, problem=_problem(error, words))
 
 
 def _near(error: click.NoSuchOption) -> list[str]:
-    """Returns options that are similar to an unknown one, by prefix or spelling."""
+    """Give the options that may have been meant: those that begin so, or are spelt nearly so without their dashes."""
     from difflib import get_close_matches
 
     typed = error.option_name.lstrip("-").lower()
