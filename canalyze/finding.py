@@ -1,6 +1,6 @@
-"""A finding of the core, typed, for commands, reports and library.
+"""A finding of the core, typed: the one form in which Python's commands, reports and library have it.
 
-It is read from the core's JSON lines and never created here.
+It is read from the core's JSON lines and never made here: what a finding is, the core says.
 """
 
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from canalyze.values import ObjectRef, Timed, object_ref
 
 Severity = Literal["info", "warning", "error"]
 SEVERITIES: Final[tuple[Severity, ...]] = get_args(Severity)
-"""The core's severities, ascending."""
+"""From harmless to bad: those of the core."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,55 +26,55 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Finding(Timed):
-    """An event at a frame that an engineer should know."""
+    """Something that an engineer should know, at a frame."""
 
     code: str
     """The rule: SDO001."""
     name: str
     """The rule's name in kebab-case."""
     severity: Severity
-    """Its severity, with the overrides of the configuration."""
+    """How bad it is; overrides of the configuration are in it."""
     file: str
     """The capture."""
     frame: int | None
-    """The frame that shows it, from 1; None for a finding about the file before any frame."""
+    """The frame that shows it, from 1; None where the finding is about the file before any frame."""
     line: int | None
-    """The line of the file, from 1, if its format has lines."""
+    """The line of the file, from 1, where its format has lines."""
     t: str | None
     """Time of the frame in seconds, a decimal string with all its digits; None without stamps."""
     cause_frame: int | None
-    """The earlier frame that it is about, if different."""
+    """The earlier frame that it is about, if another."""
     cause_line: int | None
     """The line of that frame."""
     bus: str | None
-    """The bus, if the capture names it."""
+    """The bus, where the capture names it."""
     node: int | None
-    """The node-ID, 1 to 127, if it concerns a node."""
+    """The node-ID, 1 to 127, where a node is concerned."""
     index: str | None
-    """Index of the object, four hexadecimal digits, if it concerns an object."""
+    """Index of the object, four hexadecimal digits, where an object is concerned."""
     sub: int | None
     """Its sub-index."""
     message: str
-    """The sentence about `about_frame`, in the language of the run."""
+    """What it says of `about_frame`, in one sentence, in the language of the run."""
     facts: Mapping[str, Any] = field(default_factory=dict)
-    """Measured values, by the names of the rule."""
+    """What was measured, by the names of the rule."""
     lines: tuple[Line, ...] = ()
-    """The annotated lines of its context, oldest first, including its own frame's; empty unless requested."""
+    """The annotated lines of its context, oldest first, its own frame's among them; none where nobody asked."""
     because_of: int | None = None
-    """The frame of the event or finding that causes it; a consequence has the severity info."""
+    """The frame of the event or finding that explains it: it is a consequence of that, and its severity is info."""
     about: int | None = None
-    """The frame that it is about, from the rule; None: `cause_frame`, or else `frame`."""
+    """The frame that it is about, as the rule says; None: `cause_frame`, or else `frame`."""
 
     @classmethod
     def from_json(cls, row: Mapping[str, Any]) -> "Finding":
-        """Creates a finding from one object of the core (`"kind": "finding"`); unknown keys are ignored."""
+        """Take one object of the core (`"kind": "finding"`); keys that are not known here are passed over."""
         known = {name: row[name] for name in _SIMPLE}
         lines = tuple(Line(line["frame"], line["text"]) for line in row.get("lines", ()))
         return cls(**known, facts=row.get("facts") or {}, lines=lines, about=row.get("about_frame"))
 
     @property
     def about_frame(self) -> int | None:
-        """The frame that it is about: the one that shows it, or an earlier one."""
+        """The frame that it is about: an earlier one than the one that shows it, or that one."""
         if self.about is not None:
             return self.about
         return self.frame if self.cause_frame is None else self.cause_frame
@@ -86,12 +86,12 @@ class Finding(Timed):
 
     @property
     def object(self) -> ObjectRef | None:
-        """The object as the standard writes it, 1017h:00; None if it concerns none."""
+        """The object as the standard writes it, 1017h:00; None where none is concerned."""
         return object_ref(self.index, self.sub)
 
     @property
     def expectation(self) -> str | None:
-        """The expectation that is not met, boot.expect.toml:12; None for other findings."""
+        """The expectation that is not met, boot.expect.toml:12; None for findings about anything else."""
         label = self.facts.get("expectation")
         return label if isinstance(label, str) else None
 

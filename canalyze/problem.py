@@ -1,6 +1,6 @@
-"""Problems of a capture, typed: what went wrong, where, from when to when, and why.
+"""Problems of a capture, typed: what went wrong, to whom, from when to when, and why.
 
-Read from the records of the core's diagnosis and never created here. Must not: read a capture, judge or print.
+Read from the records of the core's diagnosis and never made here. It must not read a capture, judge or print.
 """
 
 from collections.abc import Mapping
@@ -10,11 +10,11 @@ from typing import Any, Final, Literal, get_args
 from canalyze.values import Timed
 
 Status = Literal["open", "unknown", "ended", "harmless"]
-"""The status of a problem at the end: open, unknown, ended, or harmless (explained by a command or the recording)."""
+"""The status of a problem at the end: not ended, not known, ended, or explained by a command or by the recording."""
 Impact = Literal["A", "B", "C", "D", "E"]
-"""A: something has stopped; B: does not start; C: works worse; D: is wrong on the wire only; E: is worth knowing."""
+"""What it means: something has stopped, does not start, works worse, is wrong on the wire only, is worth knowing."""
 Grade = Literal["certain", "likely", "possible"]
-"""The confidence of a statement."""
+"""How sure it is."""
 KEYS: Final = (
     *(
         "kind",
@@ -33,10 +33,10 @@ KEYS: Final = (
     ),
     *("effects", "steps", "facts", "checks", "findings", "message", "repeats"),
 )
-"""The keys of a problem in JSON lines; `incident` is deprecated, the former name of `problem`."""
+"""Of a problem in JSON lines; `incident` is deprecated, the former name of `problem`."""
 STATUSES: Final[tuple[Status, ...]] = get_args(Status)
 FORMER_STATUSES: Final[Mapping[str, Status]] = {"stands": "open", "over": "ended"}
-"""Former names in records of earlier releases."""
+"""Former names, which records of former releases have."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ class Moment(Timed):
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """The cause of a problem."""
+    """From what a problem comes."""
 
     id: int
     """The number of the problem that caused it."""
@@ -70,24 +70,24 @@ class Step(Timed):
     text: str
     """In words."""
     finding: str | None
-    """The code of the rule that found it, if any."""
+    """The code of the rule that found it, where one did."""
 
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """A problem of one subject."""
+    """What happened to one subject."""
 
     id: int
-    """Its number, from 1, in the order of reading or, on a live bus, of reporting."""
+    """Its number, from 1: in the order of reading, or that in which problems were reported live."""
     kind: str
-    """The kind, such as `node-silent`."""
+    """What it is, as `node-silent`."""
     bus: str | None
     node: int | None
-    """The node; None if it concerns several, the bus or the capture."""
+    """The node; None where it happened to several, to the bus or to the capture."""
     nodes: tuple[int, ...]
     """All nodes concerned."""
     axis: int | None
-    """The axis of a drive, from 1, if it concerns one."""
+    """The axis of a drive, from 1, where it is one."""
     pdo: str | None
     """A PDO of the node, as `TPDO1`."""
     status: Status
@@ -96,50 +96,50 @@ class Problem:
     begin: Moment
     """The first evidence: the last sign of life, the frame that is wrong."""
     noticed: Moment
-    """The frame at which it could be noticed."""
+    """The frame by which it could be known."""
     end: Moment | None
-    """The frame at which it ended."""
+    """The frame by which it has ended."""
     cause: Cause | None
     effects: tuple[int, ...]
-    """The numbers of the problems that it caused."""
+    """The numbers of the problems that it has caused."""
     steps: tuple[Step, ...]
     facts: Mapping[str, Any] = field(repr=False)
-    """Measured values; times in nanoseconds have `_ns` in their names."""
+    """What was measured; times in nanoseconds have `_ns` in their names."""
     checks: tuple[str, ...]
-    """The first things to check, in words."""
+    """What to look at first, in words."""
     findings: tuple[tuple[str, int], ...]
-    """The codes of the rules that found it, each with the frame that shows it, or 0."""
+    """The codes of the rules that found what belongs to it, each with the frame that shows it; 0: none does."""
     message: str
-    """The description, in one line."""
+    """What it says, in one line."""
     count: int
-    """The number of occurrences."""
+    """How often it happened."""
     is_root: bool
-    """True if no cause is known."""
+    """Whether nothing is known to have caused it."""
 
     def __repr__(self) -> str:
         return f"<Problem {self.id} {self.kind}, {self.status}, frame {self.begin.frame}: {self.message}>"
 
     @property
     def frames(self) -> tuple[int, ...]:
-        """The frames that are its evidence, ascending."""
+        """Returns the frames that are its evidence, ascending."""
         ends = [self.end.frame] if self.end else []
         return tuple(sorted({self.begin.frame, self.noticed.frame, *(step.frame for step in self.steps), *ends}))
 
 
 def status(name: str) -> Status:
-    """Returns a status by its name, or its former name."""
+    """Return a status by its name, or its former name."""
     return next(one for one in STATUSES if one == FORMER_STATUSES.get(name, name))
 
 
 def current(row: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Returns a record of a problem in the current form; those of earlier releases have other names."""
+    """Return a record of a problem as it is written today; those of former releases have other names."""
     if "problem" in row:
         return row
     return {**row, "kind": "problem", "problem": row["incident"], "status": status(row["status"])}
 
 
 def problem(row: Mapping[str, Any]) -> Problem:
-    """Returns the problem of a record of the core."""
+    """Read a record of the core."""
     subject = row["subject"]
     return Problem(
         **_told(row),
@@ -156,14 +156,14 @@ def problem(row: Mapping[str, Any]) -> Problem:
 
 @dataclass(frozen=True, slots=True)
 class ProblemChange:
-    """A change of a problem on a live bus; it may change again."""
+    """What has become known of a problem while a bus is listened to; it may still change."""
 
     phase: Literal["opened", "linked", "ended"]
-    """It has appeared, its cause is known or has changed, or it has ended."""
+    """It begins to show, its cause is known or another, or it has ended."""
     id: int
     """The number of the problem."""
     kind: str
-    """The kind, such as `node-silent`."""
+    """What it is, as `node-silent`."""
     bus: str | None
     nodes: tuple[int, ...]
     """All nodes concerned."""
@@ -173,19 +173,19 @@ class ProblemChange:
     end: Moment | None
     cause: Cause | None
     message: str
-    """The description, in one line."""
+    """What it says, in one line."""
 
     def __repr__(self) -> str:
         return f"<ProblemChange {self.id} {self.kind} {self.phase}, frame {self.begin.frame}: {self.message}>"
 
 
 def problem_change(row: Mapping[str, Any]) -> ProblemChange:
-    """Returns the change of a record of the core from before the end."""
+    """Read a record of the core that came before the end."""
     return ProblemChange(phase=row["phase"], **_told(row))
 
 
 def _told(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the fields common to problems and their changes."""
+    """Returns what is known of a problem from its begin to its end."""
     subject, cause, end = row["subject"], row["cause"], row["end"]
     return {
         **{name: row[name] for name in ("id", "status", "message")},

@@ -20,7 +20,7 @@ import forked
 from canalyze import _core
 from canalyze.dictionary import load
 from canalyze.running.options import SessionOptions
-from canalyze.sources.format import Capture, Opened
+from canalyze.sources.format import Capture
 from canalyze.sources.memory import Memory
 
 TESTS = Path(__file__).resolve().parent
@@ -242,7 +242,7 @@ def session_output(
 
 def held(name: str, data: bytes) -> Capture:
     """Text of candump as an open capture."""
-    return Capture(Opened(Memory(name, data)), "candump")
+    return Capture(Memory(name, data), "candump")
 
 
 def placed(finding: Row) -> str:

@@ -45,7 +45,7 @@ from conftest import command, environment
 from canalyze import _core
 from canalyze.running.options import SessionOptions
 from canalyze.sources.file import Source
-from canalyze.sources.format import Opened
+from canalyze.sources.format import Capture
 from canalyze.sources.pythoncan import from_this_process
 
 START_NS = 1_700_000_000_000_000_000
@@ -474,4 +474,4 @@ def line_ends(file: bytes, is_frame: Callable[[bytes], bool]) -> Iterator[int]:
 
 def read_here(path: Path, _: Path) -> Iterator[tuple[bytes, bytes]]:
     """Reads an MF4 file in this process, in place of `pythoncan.from_process`: no process is started."""
-    return from_this_process(Opened(Source(str(path))))
+    return from_this_process(Capture(Source(str(path))))

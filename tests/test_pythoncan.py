@@ -26,7 +26,7 @@ from canalyze.running.options import SessionOptions
 from canalyze.sinks.pythoncan import LOSSES, open_sink
 from canalyze.sources import packed, pythoncan
 from canalyze.sources.file import Source
-from canalyze.sources.format import Capture, Opened, open_capture
+from canalyze.sources.format import Capture, open_capture
 from canalyze.sources.packed import Packer
 from canalyze.sources.pythoncan import PythonCanCapture
 from canalyze.words import Words
@@ -80,8 +80,8 @@ def told(capture: Any) -> tuple[list[dict[str, Any]], list[str]]:
 
 def given(data: bytes, form: str, step: int = 1 << 20) -> tuple[list[dict[str, Any]], list[str]]:
     """Read bytes as a form."""
-    opened = Opened(Given(data, step))
-    return told(Capture(opened, form) if form in FORMATS else PythonCanCapture(opened, opened.head, form))
+    capture = Capture(Given(data, step), form)
+    return told(capture if form in FORMATS else PythonCanCapture(capture, form))
 
 
 def session() -> Iterator[can.Message]:

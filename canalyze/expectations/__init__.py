@@ -1,7 +1,7 @@
 """The expectations of a capture: a TOML file beside it.
 
-Every error is a ConfigError with the file, the line and the permitted values. Must not: judge a capture, or know the
-content of the file; that is the core's (`settings/`, `expectation/`).
+Every mistake is a ConfigError with the file, the line and what is allowed. Must not: judge a capture, or know what is
+in the file; that is the core's (`settings/`, `expectation/`).
 """
 
 from pathlib import Path
@@ -17,7 +17,7 @@ SUFFIX: Final = ".expect.toml"
 
 
 def beside(name: str) -> Path | None:
-    """Returns the file beside a capture, boot.expect.toml for boot.log.gz; None if there is none."""
+    """Give the file that lies beside a capture, boot.expect.toml of boot.log.gz; None where there is none."""
     path = unpacked(name)
     if path.suffix.lower() in CAPTURES:
         path = path.with_suffix("")
@@ -28,7 +28,7 @@ def beside(name: str) -> Path | None:
 
 
 def read(path: Path) -> "Expectations":
-    """Reads a file for the core. Raises ConfigError if it is invalid."""
+    """Read a file for the core; ConfigError for what cannot be."""
     from canalyze._core import Expectations
 
     return bounded.checked(path, Expectations, "expect.unreadable")

@@ -1,6 +1,6 @@
-"""A first version of a file of expectations, from the core's summary of a good capture.
+"""A first version of a file of expectations, from what the core says of a good capture.
 
-The margin of each figure is decided here, and the observed value is written beside it. Must not: measure anything;
+How much room a figure gets is decided here, and each figure stands beside what was seen. Must not: measure anything;
 that is the core's (`observed`), in the way in which it judges.
 """
 
@@ -15,36 +15,36 @@ from canalyze.words import Words
 Row = Mapping[str, Any]
 
 MOST_WRITES: Final = 200
-"""Maximum number of SDO downloads in the file; the rest is counted."""
+"""SDO downloads that are written down; the rest is counted."""
 MOST_ALIKE: Final = 8
-"""Maximum number of downloads of one object; more frequent ones are setpoints, not configuration."""
+"""Downloads of one object; what is written more often is no configuration but a setpoint."""
 MOST_SIGNALS: Final = 500
-"""Maximum number of signals with a range; the rest is counted."""
+"""Signals that get a range; the rest is counted."""
 _LONGEST: Final = 32
-"""Maximum size of an expected value in bytes; of a longer one only the transfer is expected."""
+"""Bytes of a value that is expected as it was; of a longer one only that it was sent."""
 _IDENTITY: Final = frozenset({("1000", 0), ("1008", 0), ("1018", 1), ("1018", 2), ("1018", 3)})
-"""Objects that identify the type of device, without its serial number."""
+"""Objects that say which device it is, but for its serial number: another one of its kind is as good."""
 _FEWEST: Final = 5
-"""Minimum number of intervals for a period."""
+"""Intervals from which a period is told."""
 _LOOSE: Final = 0.5
-"""Tolerance as a fraction of a period: a busier host must pass, a missing frame must not."""
+"""The share of a period that it may be off: another recording on a busier host must pass, a missing frame must not."""
 _TIGHT: Final = 0.2
-"""The same for SYNC, which is a clock."""
+"""That of SYNC, which is a clock."""
 _UNTIMED: Final = {
     "heartbeat": "expect.no_heartbeat_period",
     "sync": "expect.no_sync_period",
     "signal": "expect.no_pdo_period",
 }
-"""Sentences for the number of rows without a period, by table."""
+"""How those are counted that no period was found of, by table."""
 _COMMENT: Final = 90
-"""Maximum length of a comment after a value."""
+"""Characters of a comment behind a value."""
 
 
 class Draft:
-    """The properties of a capture, added line by line; its size does not grow with the capture."""
+    """What is known of a capture, taken in line by line; its size does not grow with the capture."""
 
     def __init__(self) -> None:
-        """Starts without lines."""
+        """Nothing seen yet."""
         self._capture: Row = {}
         self._rows: dict[str, list[Row]] = {}
         self._writes: list[Row] = []
@@ -54,16 +54,16 @@ class Draft:
 
     @property
     def frames(self) -> int:
-        """Number of frames of the capture."""
+        """Frames of the capture."""
         return int(self._capture.get("frames", 0))
 
     @property
     def findings(self) -> list[str]:
-        """Codes of the findings above info; a good capture has none."""
+        """Codes of the findings above info: a good capture has none."""
         return [row["code"] for row in self._of("summary_finding") if row["severity"] != "info"]
 
     def take(self, row: Row) -> None:
-        """Adds a line of the core."""
+        """Take a line of the core's."""
         kind = row["kind"]
         if kind == "transfer":
             self._transfer(row)
@@ -96,7 +96,7 @@ class Draft:
             self._left["more"] += 1
 
     def text(self, words: Words, name: str) -> str:
-        """Returns the file; `name` is that of the capture."""
+        """Give the file; `name` is that of the capture."""
         self._words = words
         seconds = self._capture.get("seconds") or "?"
         shown = commandless(printable(name).encode()).decode()
@@ -128,7 +128,7 @@ class Draft:
         return [f"# {line}" for line in wrap(self._words(key, **facts), 110)]
 
     def _entry(self, table: str, row: Row, *pairs: "Pair") -> list[str]:
-        """Returns one table, including the bus if there are several."""
+        """Give one table; the bus stands in it where there are several."""
         bus = [("bus", _text(row["bus"]), "")] if self._capture.get("buses", 1) > 1 and row.get("bus") else []
         lines = [f"[[{table}]]"]
         for key, value, seen in (*pairs[:1], *bus, *pairs[1:]):
@@ -136,7 +136,7 @@ class Draft:
         return [*lines, ""]
 
     def _whose(self, row: Row) -> str:
-        """Returns the name of a node's sequence."""
+        """Give the name of a node's sequence."""
         several = self._capture.get("buses", 1) > 1 and row["bus"]
         return f"{row['bus']} node {row['node']}" if several else f"node {row['node']}"
 
@@ -226,7 +226,7 @@ class Draft:
             yield ""
 
     def _seen(self, times: Row) -> str:
-        """Returns the intervals of a period, without the mean, which may include shorter ones than the minimum."""
+        """Give the intervals of a period. Not the mean: some in it may be shorter than the least."""
         most = f"{times['max_us'] / 1000:.3f}"
         if times["min_us"] is None:
             return self._words("expect.seen_longest", most=most, count=times["count"])
@@ -301,11 +301,11 @@ class Draft:
 
 
 Pair = tuple[str, str, str]
-"""A key, its value as TOML, and the observed value."""
+"""A key, its value as TOML, and what was seen."""
 
 
 def _transfer(row: Row) -> list[Pair]:
-    """Returns the expectation of a transfer: its object, its direction, and its value if it is short."""
+    """Give what is expected of a transfer: its object, its direction, and its value where it is short."""
     name = row.get("name") or ""
     pairs = [
         ("node", str(row["node"]), ""),
@@ -319,7 +319,7 @@ def _transfer(row: Row) -> list[Pair]:
 
 
 def _value(row: Row) -> tuple[str, str] | None:
-    """Returns key and value of the data of a transfer: typed if its type is known, or else its bytes."""
+    """Give the key and the value that say what a transfer carried: typed if its type is known, else its bytes."""
     value, kind, data = row["value"], row["type"], row["data"]
     if isinstance(value, bool):
         return "value", str(value).lower()
@@ -335,7 +335,7 @@ def _value(row: Row) -> tuple[str, str] | None:
 
 
 def _text(text: str) -> str:
-    """Returns a text as a quoted TOML string."""
+    """Give a text as TOML has it in quotes."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("##[", "##\\u005b")
     return '"' + "".join(c if c.isprintable() else _escaped(c) for c in escaped) + '"'
 
@@ -348,27 +348,27 @@ def _escaped(char: str) -> str:
 
 
 def _short(seen: str) -> str:
-    """Returns a comment in one line of bounded length."""
+    """Give a comment in one line of bounded length."""
     text = printable(seen)
     return text if len(text) <= _COMMENT else text[: _COMMENT - 3] + "..."
 
 
 def _number(value: float) -> str:
-    """Returns a number without an exponent, if it needs none."""
+    """Write a number without an exponent where it has none to need."""
     if value == int(value) and abs(value) < 1e15:
         return str(int(value))
     return repr(float(f"{value:.12g}"))
 
 
 def round_up(value: float) -> float:
-    """Returns the least of 1, 2, 5, 10, 20, ... (and 0.5, 0.2, ...) that is not below a positive value."""
+    """Give the least of 1, 2, 5, 10, 20, ... (and 0.5, 0.2, ...) that is not below a value above 0."""
     power = 10.0 ** math.floor(math.log10(value))
     steps = (step * power for step in (1, 2, 5, 10))
     return float(f"{next((step for step in steps if value <= step * (1 + 1e-9)), 10 * power):.6g}")
 
 
 def period_of(row: Row, share: float) -> tuple[float, float] | None:
-    """Returns the period of times in µs, with a tolerance of at least that fraction of it; None if there is none."""
+    """Give the period that times in µs mean, and a tolerance of at least that share of it; None if there is none."""
     mean = float(row["mean_us"])
     if row["min_us"] is not None and mean < row["min_us"]:  # the mean has also those that may be too short
         mean = (row["min_us"] + row["max_us"]) / 2
@@ -385,7 +385,7 @@ def period_of(row: Row, share: float) -> tuple[float, float] | None:
 
 
 def range_of(least: float, most: float) -> tuple[float, float]:
-    """Returns a range with a margin on both sides, in round numbers; a non-negative range stays non-negative."""
+    """Give a range with room on both sides, in round numbers; what was never negative stays so."""
     room = max((most - least) / 4, max(abs(least), abs(most)) / 10) or 1.0
     step = 10.0 ** math.floor(math.log10(room))
     low, high = math.floor((least - room) / step) * step, math.ceil((most + room) / step) * step

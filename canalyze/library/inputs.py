@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from canalyze.library.plan import Plan, shown_as
 from canalyze.sources.file import Source
-from canalyze.sources.format import Capture, Opened, identified
+from canalyze.sources.format import Capture, identified
 from canalyze.sources.memory import Memory, is_mcap, is_message, mcap_file, records
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class Input:
     def open(self) -> "Capture | PythonCanCapture":
         """Open it; SourceError where that cannot be."""
         if self.form == "packed":
-            return Capture(Opened(Memory(self.name, self.data)), self.form)
+            return Capture(Memory(self.name, self.data), self.form)
         source = Memory(self.name, self.data) if self.path is None else Source(str(self.path), self.name)
         return identified(source, self.form)
 

@@ -1,7 +1,7 @@
-"""The subject of a failed assertion: differences of transfers and findings, annotated lines, problems of the capture.
+"""What a failed assertion was about: where transfers and findings differ, annotated lines of the capture, its problems.
 
-pytest keeps the values of an assertion's parts in the frame that raised it, where those of a capture are found. Must
-not: make a test fail, or raise.
+pytest keeps the values of an assertion's parts in the frame that raised it; those of a capture are taken from there.
+It must not make a test fail, nor raise.
 """
 
 import re
@@ -24,21 +24,21 @@ if TYPE_CHECKING:
     import pytest
 
 _SHOWN: Final = 5
-"""Maximum number of findings or transfers with lines."""
+"""Findings or transfers whose lines are shown."""
 _CAPTURES: Final = 3
-"""Maximum number of captures with problems."""
+"""Captures of which it is told what stands in them."""
 _LISTED: Final = 10
-"""Maximum number of items of a list."""
+"""Items of a list that are named."""
 _LINES: Final = 8
-"""Number of frames at each end of a range."""
+"""Frames that are shown at each end of a range."""
 _BEFORE: Final = 3
-"""Number of frames before the relevant one."""
+"""Frames before the one that matters."""
 
 Range = tuple[int, int]
 
 
 def compared(op: str, left: object, right: object, words: Words) -> list[str] | None:
-    """Explains a comparison of transfers, findings or lists of them; returns None for other values."""
+    """Explain a comparison of transfers, findings or lists of them; None for everything else."""
     if op != "==":
         return None
     if isinstance(left, Transfer) and isinstance(right, Transfer):
@@ -93,7 +93,7 @@ def _more(count: int, words: Words) -> list[str]:
 def sections(
     failure: "pytest.ExceptionInfo[BaseException]", opened: Iterable[Capture], words: Words
 ) -> list[tuple[str, str]]:
-    """Returns sections for the report: annotated lines of the subject of the failed assertion."""
+    """Give sections for the report: annotated lines of what the assertion that failed was about."""
     entry = failure.traceback[-1]
     local = entry.frame.f_locals
     statement = str(entry.statement)
@@ -108,7 +108,7 @@ def sections(
 
 
 def _sections(parts: list[Any], captures: list[Capture], statement: str, words: Words) -> Iterator[tuple[str, str]]:
-    """Yields one section for each kind of value; of several lists the one evaluated last counts."""
+    """One section for each kind of thing; of lists, the one that was evaluated last is the narrowest."""
     findings = _last(parts, Finding, Findings)
     transfers = _last(parts, Transfer, Transfers)
     signals = _last(parts, Signal, Series)
@@ -141,7 +141,7 @@ def _sections(parts: list[Any], captures: list[Capture], statement: str, words: 
 
 
 def _told(capture: Capture | None, incidents: list[Problem] | None, words: Words) -> list[str]:
-    """Returns the lines of `diagnose` about problems, or about the open ones."""
+    """Return the lines of `diagnose` about problems, or about the open ones."""
     if capture is None:
         return [_incident(one) for one in incidents or ()]
     try:
@@ -152,19 +152,19 @@ def _told(capture: Capture | None, incidents: list[Problem] | None, words: Words
 
 
 def _is(value: object, kind: type) -> bool:
-    """Returns true by the real type of a value, not the one that a mock claims."""
+    """Tell what something is, not what it says it is: a mock of it has nothing to show."""
     return issubclass(type(value), kind)
 
 
 def _last(parts: list[Any], one: type, several: type[Rows[Any]]) -> list[Any]:
-    """Returns the values of a kind, or those of the last list of them."""
+    """Give the things of a kind, or those of the last list of them."""
     single = {id(part): part for part in parts if _is(part, one)}
     lists = [part for part in parts if _is(part, several)]
     return list(single.values()) or (list(lists[-1]) if lists else [])
 
 
 def _loaded(capture: Capture, *, transfers: bool) -> tuple[list[Finding], list[Transfer]]:
-    """Returns the errors of a capture: its findings, or its failed transfers."""
+    """Give what is bad in a capture: its findings, or its transfers."""
     try:
         if transfers:
             return [], [one for one in capture.transfers if one.status != "ok"]
@@ -178,7 +178,7 @@ def _value(signal: Signal) -> float:
 
 
 def _around(finding: Finding) -> list[Range]:
-    """Returns the frames before a finding that has no lines."""
+    """Give the frames that may have led to a finding that comes without lines."""
     if finding.frame is None:
         return []
     near = max(finding.frame - _BEFORE, 1)
@@ -187,11 +187,11 @@ def _around(finding: Finding) -> list[Range]:
 
 
 Block = tuple[str, Sequence[Line] | list[Range]]
-"""A title, and its lines, or the frames whose lines are read."""
+"""What it is, and its lines, or the frames whose lines are to be read."""
 
 
 def _shown(blocks: Sequence[Block], rows: Sequence[Any], captures: list[Capture], words: Words) -> str:
-    """Returns the titles with their lines below; missing lines are read in one pass."""
+    """Write what each is, and its lines below; lines that are not there yet are read in one pass."""
     wanted = [part for _, below in blocks for one in below if not isinstance(one, Line) for part in _ends(one)]
     capture = next((one for one in captures if one.gave(rows[0])), None)
     lines: dict[int, list[Line]] = {}
@@ -217,6 +217,6 @@ def _shown(blocks: Sequence[Block], rows: Sequence[Any], captures: list[Capture]
 
 
 def _ends(one: Range) -> list[Range]:
-    """Returns a range of frames, or both ends of a long one."""
+    """Give a range of frames, of a long one only both ends."""
     first, last = max(one[0], 1), one[1]
     return [(first, last)] if last - first < 2 * _LINES else [(first, first + _LINES - 1), (last - _LINES + 1, last)]

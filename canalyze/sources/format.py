@@ -51,12 +51,14 @@ class _PutBack:
         return head or self._below.read()
 
 
-class Opened:
-    """A source with its decompression and transcoding, and its first bytes."""
+class Capture:
+    """An open input; a context manager."""
 
-    def __init__(self, source: "Source | Memory") -> None:
-        """Takes ownership of the source and reads its first bytes."""
+    def __init__(self, source: "Source | Memory", form: str = "") -> None:
+        """Takes ownership of the source and reads its first bytes; `form` is the format, if it is known."""
         self.name = source.name
+        self.format = form
+        """One of the core's FORMATS."""
         self.regular = source.regular
         """True for a regular file, false for a pipe, a terminal or a device."""
         self.compression: str | None = None
@@ -65,11 +67,17 @@ class Opened:
         self._layer: Layer = source
         self._unpacked: Unpacked | None = None
         self.head = source.read()
-        """The bytes that have been read already."""
+        """The first bytes, unpacked and decoded."""
+        self._begun = self._behind_head = False
+
+    @property
+    def kind(self) -> str:
+        """The name of its format."""
+        return self.format
 
     @property
     def taken(self) -> int:
-        """Number of bytes of the file that have been read."""
+        """Number of bytes of the file that have been read, for the progress display."""
         return self._source.taken
 
     @property
@@ -80,7 +88,7 @@ class Opened:
     @property
     def begins(self) -> bool:
         """True if the bytes returned last are the first that a new checksum covers."""
-        return self._layer.begins
+        return self._layer.begins if self._behind_head else self.compression is not None
 
     @property
     def checked(self) -> bool | None:
@@ -93,25 +101,39 @@ class Opened:
         return self._source.path if self._layer is self._source else None
 
     def read(self) -> bytes:
-        """Returns the bytes after the head, b"" at the end. Raises SourceError if the system refuses."""
-        return self._layer.read()
+        """Returns the next bytes, the head first, b"" at the end. Raises SourceError if the system refuses."""
+        self._behind_head = self._begun or not self.head
+        self._begun = True
+        return self._layer.read() if self._behind_head else self.head
 
     def rests(self) -> bool:
         """Returns true if nothing arrives at the moment, though the data has not ended."""
-        return self._source.rests()
+        return (self._begun or not self.head) and self._source.rests()
+
+    def remarks(self) -> list[CanalyzeError]:
+        """Returns an empty list; there are no remarks on plain bytes."""
+        return []
 
     def close(self) -> None:
         """Closes the source."""
         self._source.close()
 
+    def __enter__(self) -> Self:
+        """Returns the capture."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+        """Closes the capture."""
+        self.close()
+
     def unpack(self, form: str) -> None:
-        """Unpacks the data, by the name of its compression."""
+        """Unpacks the data, by the name of its compression, before any was read."""
         self.compression = form
         self._unpacked = Unpacked(_PutBack(self.head, self._layer), form)
         self._under(self._unpacked)
 
     def transcode(self, encoding: str) -> None:
-        """Decodes the data to UTF-8."""
+        """Decodes the data to UTF-8, before any was read."""
         self._under(Transcoded(_PutBack(self.head, self._layer), encoding))
 
     def _under(self, layer: Layer) -> None:
@@ -128,75 +150,12 @@ class Opened:
                 return asked
             if form is not None:
                 return form
-            if self.head.endswith(b"\n") and self.rests() and sniff(self.head, True) == "rows":
+            if self.head.endswith(b"\n") and self._source.rests() and sniff(self.head, True) == "rows":
                 return "rows"  # a pipe has come to a rest, and what waits for lines of another format is to be shown
             more = self._layer.read()
             if not more:
                 return sniff(self.head, True) or "candump"
             self.head += more
-
-
-class Capture:
-    """An open input of a known format; a context manager."""
-
-    def __init__(self, source: Opened, form: str) -> None:
-        """Takes ownership of an opened source."""
-        self.name = source.name
-        self.format = form
-        """One of the core's FORMATS."""
-        self.kind = form
-        """The name of its format."""
-        self.compression = source.compression
-        """gzip, xz, bzip2 or zstd; None if it is not compressed."""
-        self.regular = source.regular
-        """True for a regular file, false for a pipe, a terminal or a device."""
-        self._source = source
-        self.head = source.head
-        """The first bytes."""
-        self._head = source.head
-        self._behind_head = False
-
-    @property
-    def taken(self) -> int:
-        """Number of bytes of the underlying file that have been read, for the progress display."""
-        return self._source.taken
-
-    @property
-    def damage(self) -> Damage | None:
-        """The damage that ended the data, if any; known at the end."""
-        return self._source.damage
-
-    @property
-    def begins(self) -> bool:
-        """True if the bytes returned last are the first that a new checksum covers."""
-        return self._source.begins if self._behind_head else self.compression is not None
-
-    @property
-    def checked(self) -> bool | None:
-        """True if everything unpacked so far has a checksum; None if the file is not compressed."""
-        return self._source.checked
-
-    def read(self) -> bytes:
-        """Returns the next bytes, b"" at the end. Raises SourceError if the system refuses."""
-        head, self._head = self._head, b""
-        self._behind_head = not head
-        return head or self._source.read()
-
-    def rests(self) -> bool:
-        """Returns true if nothing arrives at the moment, though the data has not ended."""
-        return not self._head and self._source.rests()
-
-    def remarks(self) -> list[CanalyzeError]:
-        """Returns an empty list; there are no remarks on plain bytes."""
-        return []
-
-    def __enter__(self) -> Self:
-        """Returns the capture."""
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Closes the capture."""
-        self._source.close()
 
 
 def open_capture(name: str, asked: str | None = None, shown: str | None = None) -> "Capture | PythonCanCapture":
@@ -216,26 +175,27 @@ def identified(source: "Source | Memory", asked: str | None = None) -> "Capture 
     from canalyze._core import FORMATS
 
     try:
-        opened = Opened(source)
-        form = opened.told(asked)
+        capture = Capture(source)
+        form = capture.told(asked)
         if form in COMPRESSIONS:
-            opened.unpack(form)
-            inner = opened.told(asked)
+            capture.unpack(form)
+            inner = capture.told(asked)
             if inner in COMPRESSIONS:
                 raise SourceError("source.nested", name=source.name, outer=form, inner=inner)
             form = inner
         if form.startswith("utf-16") or form == "gbk":
-            opened.transcode(form)
-            form = opened.told(asked)
+            capture.transcode(form)
+            form = capture.told(asked)
         form = asked or form
         form = BRIDGED.get(form, form)
         if form in BRIDGED.values():
             from canalyze.sources.pythoncan import PythonCanCapture
 
-            return PythonCanCapture(opened, opened.head, form, formats=input_formats() if asked else ())
+            return PythonCanCapture(capture, form, formats=input_formats() if asked else ())
         if form not in FORMATS:
             raise SourceError("source.other", name=source.name, kind=form)
-        return Capture(opened, form)
+        capture.format = form
+        return capture
     except BaseException:
         source.close()
         raise

@@ -39,7 +39,7 @@ from canalyze.sources.pieces import CsvText
 
 if TYPE_CHECKING:
     from canalyze.sources.compressed import Damage as Damaged
-    from canalyze.sources.format import Opened
+    from canalyze.sources.format import Capture
 
 
 RECORDS: Final = b"R"
@@ -50,9 +50,9 @@ _HEAD: Final = struct.Struct("<cI")
 _START: Final = """import sys
 sys.path[:] = sys.argv[2:]
 from canalyze.sources.file import Source
-from canalyze.sources.format import Opened
+from canalyze.sources.format import Capture
 from canalyze.sources.pythoncan import main
-main(Opened(Source(sys.argv[1])))
+main(Capture(Source(sys.argv[1])))
 """
 
 
@@ -92,9 +92,9 @@ def from_process(path: Path, scratch: Path) -> Iterator[tuple[bytes, bytes]]:
     raise BroughtDown(name)
 
 
-def from_this_process(opened: "Opened") -> Iterator[tuple[bytes, bytes]]:
+def from_this_process(source: "Capture") -> Iterator[tuple[bytes, bytes]]:
     """Yields the same pieces as `from_process`, read in this process."""
-    with PythonCanCapture(opened, opened.head, "mf4", trusting=True) as capture:
+    with PythonCanCapture(source, "mf4", trusting=True) as capture:
         data, refusal = b"-", None
         while data and not refusal:
             try:
@@ -113,10 +113,10 @@ def _problem(error: CanalyzeError) -> bytes:
     return str(error.facts.get("problem", error)).encode("utf-8", "replace")
 
 
-def main(opened: "Opened") -> None:
+def main(source: "Capture") -> None:
     """Reads a file and writes the pieces to standard output; the entry point of the child process."""
     out = sys.stdout.buffer
-    for tag, piece in from_this_process(opened):
+    for tag, piece in from_this_process(source):
         out.write(_HEAD.pack(tag, len(piece)) + piece)
         out.flush()
     out.write(_HEAD.pack(_END, 0))
@@ -200,10 +200,8 @@ class PythonCanCapture:
 
     format: Final = "packed"
 
-    def __init__(
-        self, source: "Opened", head: bytes, form: str, *, trusting: bool = False, formats: Sequence[str] = ()
-    ) -> None:
-        """Takes ownership of the source; `head` was read from it already, `form` is one of TITLES.
+    def __init__(self, source: "Capture", form: str, *, trusting: bool = False, formats: Sequence[str] = ()) -> None:
+        """Takes ownership of the source; `form` is one of TITLES.
 
         trusting: read in this process, though the file may crash it. formats: those to choose from, if the
         user has given the form. Raises SourceError if a package that the form needs is not installed.
@@ -218,7 +216,7 @@ class PythonCanCapture:
         self._heard = Heard()
         self._remarks: list[CanalyzeError] = []
         self._apart = form == "mf4" and not trusting
-        self._records = self._batches(head)
+        self._records = self._batches()
         self._first = self._begun = False
         """True if the records returned last were the first, and true if any were returned."""
         if form == "mf4" and not has_asammdf():
@@ -280,25 +278,23 @@ class PythonCanCapture:
         self._records.close()
         self._source.close()
 
-    def _batches(self, head: bytes) -> Generator[bytes, None, None]:
+    def _batches(self) -> Generator[bytes, None, None]:
         if self._apart:
-            yield from self._from_path(head)
+            yield from self._from_path()
             return
         can = library()
         yield packed.dialect("reader", f"python-can {can.__version__}")
         if self._form in ("mf4", "sqlite"):
-            yield from self._from_path(head)
+            yield from self._from_path()
             return
         text = CsvText()
-        data = head
-        while data:
+        while data := self._source.read():
             if records := text.feed(data):
                 yield records
-            data = self._source.read()
         if records := text.end(broken=self._broken):
             yield records
 
-    def _from_path(self, head: bytes) -> Iterator[bytes]:
+    def _from_path(self) -> Iterator[bytes]:
         """Reads through a reader that opens by name: the file itself, or its unpacked content in a temporary file."""
         with tempfile.TemporaryDirectory(prefix="canalyze-") as directory:
             path = self._source.path
@@ -306,7 +302,7 @@ class PythonCanCapture:
             try:
                 if path is None:
                     path = Path(directory, f"spool.{self._form}")
-                    self._put_down(path, head)
+                    self._put_down(path)
                     copy = Copy(path, None) if self._form == "sqlite" else None
                 elif self._form == "sqlite":  # its reader would write in the file
                     copy = copied(path, Path(directory))
@@ -337,11 +333,10 @@ class PythonCanCapture:
             self.remark(problem)
             yield packed.damage(packed.REST, 0)
 
-    def _put_down(self, path: Path, data: bytes) -> None:
+    def _put_down(self, path: Path) -> None:
         with path.open("wb") as spool:
-            while data:
+            while data := self._source.read():
                 spool.write(data)
-                data = self._source.read()
 
     def _messages(self, path: Path, copy: Copy | None) -> Iterator[bytes]:
         can = library(mf4=self._form == "mf4")
