@@ -121,7 +121,9 @@ fn live_frames_read_as_their_log_does() {
         for format in [Output::Lines, Output::json(Rows::Frames)] {
             let of_log = run_as(Input::Candump, english(format), &[log.as_bytes()]);
             let whole = run_as(Input::Live, english(format), &[&stream]);
-            for size in [1, 3, 4096] {
+            // The cuts within a block depend on no frame: a short log has them all.
+            let sizes: &[usize] = if frames.len() <= 200 { &[1, 3, 4096] } else { &[4096] };
+            for &size in sizes {
                 let chunks: Vec<&[u8]> = stream.chunks(size).collect();
                 assert_eq!(run_as(Input::Live, english(format), &chunks), whole, "{path:?} in {size}");
             }
@@ -333,7 +335,10 @@ fn what_follows_a_gap_is_not_judged_by_what_was_before() {
         clean += 1;
         let step = (frames.len() / 40).max(1);
         for cut in (1..frames.len()).step_by(step) {
-            for (kind, missed) in [(kind::GAP, 0), (kind::GAP, 7), (kind::DROPPED, 2)] {
+            // A long capture has one of them at each cut, in turn.
+            let ways = [(kind::GAP, 0), (kind::GAP, 7), (kind::DROPPED, 2)];
+            let ways = if frames.len() > 200 { &ways[cut / step % 3..][..1] } else { &ways[..] };
+            for &(kind, missed) in ways {
                 let after = &frames[(cut + missed).min(frames.len() - 1)..];
                 let stream =
                     [live(&frames[..cut], &buses, 50), block(kind, 0, 0, 0, b""), live(after, &buses, 50)].concat();
