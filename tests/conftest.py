@@ -19,12 +19,17 @@ pytest.register_assert_rewrite("reader_suite", "capture_frames")
 
 
 def pytest_configure() -> None:
-    """Lets what tests start be hung up, also where they run behind the terminal's back; hides the user's own file."""
+    """Lets what tests start be hung up and interrupted, also where a shell runs them in the background, ignoring both.
+
+    Hides the user's own file.
+    """
     os.environ["XDG_CONFIG_HOME"] = os.devnull
     if os.environ.get("CANALYZE_LIVE"):
         library()  # else python-can loads what only MF4 needs, which takes a guest ten seconds
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(autouse=True, scope="module")
