@@ -141,8 +141,9 @@ mod tests {
 
     #[test]
     fn a_message_without_its_end_is_unreadable() {
-        let (frames, unreadable) = read(&format!("{HEAD}id: 1537\n{KIND}dlc: 8\ndata:\n- 64\n- 23\n"));
-        assert_eq!((frames.len(), unreadable), (0, 1));
+        let whole = format!("{HEAD}id: 1537\n{KIND}dlc: 1\ndata: [64]\n---\n");
+        let (frames, unreadable) = read(&format!("{whole}{HEAD}id: 1537\n{KIND}dlc: 8\ndata:\n- 64\n- 23\n"));
+        assert_eq!((frames.len(), unreadable), (1, 1));
         let (frames, _) = read("header:\n  title: prose\nid: 5\n");
         assert!(frames.is_empty());
     }
