@@ -71,7 +71,7 @@ def test_value_that_cannot_be(canalyze: Runner, name: str, option: str, value: s
         ("5=missing.eds", "missing.eds"),
         ("5=notes.log", "notes.log"),
         ("5=.", "."),
-        ("5=broken.xdd", "broken.xdd:1:"),
+        ("5=broken.xdd", "broken.xdd:1"),
         (DRIVE, "--eds 5="),
         (f"5={DRIVE}\n5={IO}", "io.eds"),
     ],
