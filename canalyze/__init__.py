@@ -8,15 +8,13 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from canalyze._core import Batch
     from canalyze.errors import CanalyzeError, ConfigError, CoreError, OutputError, ReaderGone, SourceError
-    from canalyze.finding import Finding, Line
     from canalyze.library import Options, open
     from canalyze.library.capture import Capture
     from canalyze.library.columns import Column, Table, column_tables, columns
-    from canalyze.library.event import Abort, Event, Frame, Hole, Note, Transfer
-    from canalyze.library.node import Aborts, Emcy, Node, Nodes, Spread, StateChange
+    from canalyze.library.node import Nodes
     from canalyze.library.problem import Problems
     from canalyze.library.rows import Events, Findings, Frames, Transfers
-    from canalyze.library.series import Series, Signal, Signals
+    from canalyze.library.series import Series, Signals
     from canalyze.library.stream import Bus, Listener, live
     from canalyze.library.whole import (
         Diagnosis,
@@ -31,7 +29,27 @@ if TYPE_CHECKING:
         rules,
         summary,
     )
-    from canalyze.problem import Cause, Moment, Problem, ProblemChange, Step
+    from canalyze.records import (
+        Abort,
+        Aborts,
+        Cause,
+        Emcy,
+        Event,
+        Finding,
+        Frame,
+        Hole,
+        Line,
+        Moment,
+        Node,
+        Note,
+        Problem,
+        ProblemChange,
+        Signal,
+        Spread,
+        StateChange,
+        Step,
+        Transfer,
+    )
     from canalyze.values import ObjectRef
 
 __version__ = "0.1.0"
@@ -45,17 +63,6 @@ _FROM = {
         "ReaderGone",
         "SourceError",
     ),
-    "finding": (
-        "Finding",
-        "Line",
-    ),
-    "problem": (
-        "Cause",
-        "Problem",
-        "ProblemChange",
-        "Moment",
-        "Step",
-    ),
     "library": (
         "Options",
         "open",
@@ -67,23 +74,29 @@ _FROM = {
         "column_tables",
         "columns",
     ),
-    "library.event": (
+    "records": (
         "Abort",
+        "Aborts",
+        "Cause",
+        "Emcy",
         "Event",
+        "Finding",
         "Frame",
         "Hole",
+        "Line",
+        "Moment",
+        "Node",
         "Note",
+        "Problem",
+        "ProblemChange",
+        "Signal",
+        "Spread",
+        "StateChange",
+        "Step",
         "Transfer",
     ),
     "library.problem": ("Problems",),
-    "library.node": (
-        "Aborts",
-        "Emcy",
-        "Node",
-        "Nodes",
-        "Spread",
-        "StateChange",
-    ),
+    "library.node": ("Nodes",),
     "library.rows": (
         "Events",
         "Findings",
@@ -92,7 +105,6 @@ _FROM = {
     ),
     "library.series": (
         "Series",
-        "Signal",
         "Signals",
     ),
     "library.stream": (

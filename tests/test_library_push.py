@@ -6,7 +6,6 @@ import subprocess
 import sys
 import threading
 from collections.abc import AsyncIterator, Callable, Iterable, Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ import can
 import mcap.reader
 import pytest
 from captures import SAMPLES
+from msgspec.structs import replace
 
 import canalyze
 

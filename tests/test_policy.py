@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from canalyze import _core
 from canalyze.check import baseline, policy
@@ -15,7 +15,7 @@ from canalyze.check.policy import Override, Policy, judge, named
 from canalyze.check.verdict import Counted, Examined
 from canalyze.configuration.config import read
 from canalyze.errors import ConfigError
-from canalyze.finding import Finding, Severity
+from canalyze.records import Finding, Severity
 
 
 def counted(

@@ -7,16 +7,16 @@ the catalogue says.
 import os
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import replace
 from functools import cache
 from pathlib import PurePath
 from typing import Final, Literal, NamedTuple, get_args
 
+from msgspec.structs import replace
+
 from canalyze.check import globs
 from canalyze.check.baseline import Baseline, Kind, ProblemKind
 from canalyze.check.verdict import Counted, Examined, Verdict
-from canalyze.finding import SEVERITIES, Severity
-from canalyze.problem import Problem
+from canalyze.records import SEVERITIES, Problem, Severity
 
 Threshold = Severity | Literal["never"]
 THRESHOLDS: Final[tuple[Threshold, ...]] = (*reversed(SEVERITIES), "never")

@@ -5,16 +5,19 @@ process. Must not: know what a finding is.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from time import monotonic
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
+
+from msgspec.structs import replace
 
 from canalyze.check.examination import Job, examine
 from canalyze.check.verdict import Examined
-from canalyze.running.pool import Pool, Tell, processors
 from canalyze.running.run import Interrupt, Meter
 from canalyze.sources.file import STDIN
 from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze.running.pool import Tell
 
 _EVERY: Final = 0.2
 """Seconds between two words of a process on how far it is."""
@@ -32,6 +35,8 @@ def examine_all(names: Sequence[str], job: Job, progress: Meter) -> tuple[list[E
 
 
 def _side_by_side(names: Sequence[str], job: Job, progress: Meter) -> tuple[list[Examined | None], int]:
+    from canalyze.running.pool import Pool, processors
+
     found: list[Examined | None] = [None] * len(names)
     # The processors are shared by captures already.
     job = replace(job, given={**job.given, "threads": 1})
@@ -79,14 +84,14 @@ class _Examination:
         self._names = names
         self._job = job
 
-    def __call__(self, place: int, tell: Tell) -> Examined:
+    def __call__(self, place: int, tell: "Tell") -> Examined:
         return examine(self._names[place], self._job, Far(tell))
 
 
 class Far:
     """Progress of a process, told to the one that started it."""
 
-    def __init__(self, tell: Tell) -> None:
+    def __init__(self, tell: "Tell") -> None:
         """Tell so much now and then."""
         self._tell = tell
         self._size = 0

@@ -34,7 +34,7 @@ from canalyze.configuration.options import (
 from canalyze.errors import ReaderGone, SourceError
 from canalyze.output import Output, Progress, jsonl, open_output, told
 from canalyze.output.help import Listing
-from canalyze.problem import KEYS
+from canalyze.records import KEYS
 from canalyze.reports import diagnosis_read, wording
 from canalyze.running.run import Interrupt, Run
 from canalyze.sources.file import CHUNK, STDIN, total_size

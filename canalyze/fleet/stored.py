@@ -3,22 +3,21 @@
 Must not: judge, or know a report.
 """
 
-from collections.abc import Mapping
-from dataclasses import asdict, fields, is_dataclass, replace
-from functools import cache
-from types import NoneType, UnionType
-from typing import Any, Final, Union, get_args, get_origin, get_type_hints
+from typing import Any, Final
+
+from msgspec import convert, to_builtins
+from msgspec.structs import replace
 
 from canalyze.check.verdict import Counted, Verdict
-from canalyze.problem import status
 
 _FINDINGS: Final = ("failures", "others", "consequences")
 
 
 def row(verdict: Verdict) -> dict[str, Any]:
-    """Give it for `json`. Of each kind only the first finding has the lines around it: others are shown by number."""
+    """Returns it for `json`. Only the first finding of a kind has the lines around it: others are shown by number."""
     lists: dict[str, Any] = {name: tuple(map(_bare, getattr(verdict, name))) for name in _FINDINGS}
-    return asdict(replace(verdict, **lists))
+    made: dict[str, Any] = to_builtins(replace(verdict, **lists), str_keys=True)
+    return made
 
 
 def _bare(one: Counted) -> Counted:
@@ -26,27 +25,6 @@ def _bare(one: Counted) -> Counted:
     return replace(one, shown=shown, consequences=tuple(map(_bare, one.consequences)))
 
 
-def verdict(stored: Any) -> Verdict:
-    """Read one of ours; LookupError, TypeError or ValueError for what is none."""
-    made: Verdict = _value(Verdict, stored)
-    return replace(made, incidents=tuple(replace(one, status=status(one.status)) for one in made.incidents))
-
-
-def _value(kind: Any, value: Any) -> Any:
-    origin, inner = get_origin(kind), get_args(kind)
-    if isinstance(kind, type) and is_dataclass(kind):
-        return kind(**{name: _value(of, value[name]) for name, of in _fields(kind)})
-    if origin is tuple:
-        of_each = inner[:1] * len(value) if inner[-1] is Ellipsis else inner
-        return tuple(_value(of, one) for of, one in zip(of_each, value, strict=True))
-    if origin in (Union, UnionType):
-        return None if value is None else _value(next(one for one in inner if one is not NoneType), value)
-    if origin is Mapping and inner[0] is int:  # JSON has only texts for keys
-        return {int(key): one for key, one in value.items()}
-    return value
-
-
-@cache
-def _fields(kind: Any) -> list[tuple[str, Any]]:
-    hints = get_type_hints(kind)
-    return [(field.name, hints[field.name]) for field in fields(kind)]
+def verdict(stored: dict[str, Any]) -> Verdict:
+    """Reads one of ours; ValueError for what is none."""
+    return convert(stored, Verdict, str_keys=True)

@@ -5,29 +5,40 @@ transfers, findings and nodes together, one the signals, one frames with everyth
 listen to signals of the system, or know what a frame means.
 """
 
-import gc
 import json
 from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Final, Literal, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, cast
 from weakref import WeakSet
 
-from canalyze.finding import SEVERITIES, Finding, Line, Severity
-from canalyze.library import event
+from msgspec import Struct, convert
+
 from canalyze.library.columns import Table, html_table
-from canalyze.library.event import Event, Frame
 from canalyze.library.former import renamed, table
 from canalyze.library.inputs import Input
-from canalyze.library.node import Nodes, node
+from canalyze.library.node import Nodes
 from canalyze.library.plan import Plan, shown_as
 from canalyze.library.problem import Problems
 from canalyze.library.rows import Events, Findings, Frames, Transfers, one_of
-from canalyze.library.series import Signals, signal
+from canalyze.library.series import Signals
 from canalyze.library.stream import Silent
-from canalyze.problem import Problem, problem
+from canalyze.records import (
+    SEVERITIES,
+    Event,
+    Finding,
+    Frame,
+    Line,
+    Node,
+    Problem,
+    Severity,
+    Signal,
+    Transfer,
+    events,
+    records,
+)
 from canalyze.running.reading import Counted, Reading
 
 if TYPE_CHECKING:
@@ -35,21 +46,7 @@ if TYPE_CHECKING:
     from canalyze.library import StrPath
 
 T = TypeVar("T")
-
-_RECORDS: Final = {"transfer": event.transfer, "finding": Finding.from_json, "summary_node": node}
-"""What makes an item of a list of an object, by its kind."""
-
-
-@contextmanager
-def _all_kept() -> Iterator[None]:
-    """Keep Python's garbage collector still: of what a list is made nothing is garbage, and it looks at all of it."""
-    ran = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if ran:
-            gc.enable()
+S = TypeVar("S", bound=Struct)
 
 
 class Capture:
@@ -64,7 +61,7 @@ class Capture:
         self._plan = plan
         self._inputs = inputs
         self._complaints: tuple[str, ...] | None = None
-        self._records: dict[str, list[Any]] | None = None
+        self._records: dict[type[Struct], list[Any]] | None = None
         self._events: Events | None = None
         self._frames: Frames | None = None
         self._signals: Signals | None = None
@@ -113,16 +110,16 @@ class Capture:
         """
         if self._events is not None:
             return iter(self._events)
-        events = self._stream()
-        self._running.add(events)
-        return events
+        stream = self._stream()
+        self._running.add(stream)
+        return stream
 
     @property
     def events(self) -> Events:
         """All of them, in order: frames, notes, findings, transfers. About 0.8 KiB of memory a frame."""
         if self._events is None:
-            with closing(self._stream()) as events, _all_kept():
-                self._events = Events(events)
+            with closing(self._stream()) as stream:
+                self._events = Events(stream)
         return self._events
 
     @property
@@ -135,19 +132,19 @@ class Capture:
     @property
     def transfers(self) -> Transfers:
         """SDO transfers, in the order in which they end."""
-        return self._list("transfer", Transfers)
+        return self._list(Transfer, Transfers)
 
     @property
     def findings(self) -> Findings:
         """Findings, in the order of frames; of one kind on one object ten, then one that counts the rest."""
-        return self._list("finding", Findings)
+        return self._list(Finding, Findings)
 
     @property
     def problems(self) -> Problems:
         """What went wrong, whether it still is, and why: `capture.problems.roots`, `.open`, `.of(node=5)`."""
         if self._problems is None:
-            *records, whole = self.diagnosed
-            self._problems = Problems(map(problem, records), whole["order"])
+            *found, whole = self.diagnosed
+            self._problems = Problems((convert(row, Problem) for row in found), whole["order"])
         return self._problems
 
     @property
@@ -179,14 +176,14 @@ class Capture:
     @property
     def nodes(self) -> Nodes:
         """Nodes with their states, heartbeats, SDO figures and EMCYs, and their descriptions."""
-        return self._list("summary_node", partial(Nodes, dictionary=self._plan.dictionary))
+        return self._list(Node, partial(Nodes, dictionary=self._plan.dictionary))
 
     @property
     def signals(self) -> Signals:
         """Signals of PDOs, one row a value; `signals["5.TPDO4.velocity actual value"]` is a series."""
         if self._signals is None:
-            with closing(self._objects(self._plan.session("signals"))) as rows, _all_kept():
-                self._signals = Signals(map(signal, rows))
+            with closing(self._typed("signals", Signal)) as rows:
+                self._signals = Signals(rows)
         return self._signals
 
     @property
@@ -259,8 +256,8 @@ class Capture:
             from canalyze.expectations import read
 
             more["expectations"] = read(Path(shown_as(self._plan.folder / expect)))
-        with closing(self._objects(self._plan.session("check", **more))) as rows:
-            found = [Finding.from_json(row) for row in rows]
+        with closing(self._typed("check", Finding, **more)) as rows:
+            found = list(rows)
         self._checked += found
         return Findings(found).at_least(at_least)
 
@@ -307,32 +304,32 @@ class Capture:
         lists = [*(self._records or {}).values(), self._checked, *(rows for rows in read if rows is not None)]
         return any(row is one for rows in lists for one in rows)
 
-    def _list(self, kind: str, form: Callable[[Iterable[Any]], T]) -> T:
-        if kind not in self._lists:
-            self._lists[kind] = form(self._read_records()[kind])
-        found: T = self._lists[kind]
+    def _list(self, kind: type[Struct], form: Callable[[Iterable[Any]], T]) -> T:
+        name = kind.__name__.lower() + "s"
+        if name not in self._lists:
+            self._lists[name] = form(self._read_records()[kind])
+        found: T = self._lists[name]
         return found
 
-    def _read_records(self) -> dict[str, list[Any]]:
+    def _read_records(self) -> dict[type[Struct], list[Any]]:
         if self._records is None:
-            records: dict[str, list[Any]] = {kind: [] for kind in _RECORDS}
-            with closing(self._objects(self._plan.session("records"))) as rows, _all_kept():
+            found: dict[type[Struct], list[Any]] = {Transfer: [], Finding: [], Node: []}
+            with closing(self._typed("records", *found)) as rows:
                 for row in rows:
-                    kind = row["kind"]
-                    if kind in records:
-                        records[kind].append(_RECORDS[kind](row))
-            self._records = records
+                    found[type(row)].append(row)
+            self._records = found
         return self._records
 
     def _stream(self) -> Generator[Event, None, None]:
         with closing(self._results(self._plan.session("jsonl"))) as results:
             for result in results:
-                yield from cast(Iterator[Event], event.records(result))
+                yield from cast(Iterator[Event], events(result))
 
-    def _objects(self, session: "Session") -> Generator[dict[str, Any], None, None]:
-        with closing(self._results(session)) as results:
+    def _typed(self, form: str, *kinds: type[S], **more: Any) -> Generator[S, None, None]:
+        """Yields the records of these kinds in a format of the core."""
+        with closing(self._results(self._plan.session(form, **more))) as results:
             for result in results:
-                yield from event.objects(result)
+                yield from records(result, *kinds)
 
     def _opened(self) -> Iterator[Counted]:
         """Open the inputs one after the other, each until the next is wanted."""

@@ -1,6 +1,6 @@
 """Problems of a capture as a list with small finders.
 
-A problem itself is in `canalyze.problem`. It must not read: what is in a list was read before.
+A problem itself is in `canalyze.records`. It must not read: what is in a list was read before.
 """
 
 from collections.abc import Iterable
@@ -9,7 +9,7 @@ from typing import ClassVar, Literal, Self
 
 from canalyze.library.former import renamed
 from canalyze.library.rows import Rows, one_of
-from canalyze.problem import FORMER_STATUSES, STATUSES, Problem, Status
+from canalyze.records import FORMER_STATUSES, STATUSES, Problem, Status
 
 
 class Problems(Rows[Problem]):
@@ -30,6 +30,7 @@ class Problems(Rows[Problem]):
         "cause": lambda one: one.cause and one.cause.id,
         "cause_link": lambda one: one.cause and one.cause.link,
         "cause_grade": lambda one: one.cause and one.cause.grade,
+        "subject": None,
         "checks": None,
         "facts": None,
     }

@@ -9,9 +9,8 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self, TypeAlias, TypeVar, overload
 
 from canalyze.configuration import network
-from canalyze.finding import SEVERITIES, Finding, Severity
 from canalyze.library.columns import Tabular, columns, table_of
-from canalyze.library.event import Event, Frame, Transfer
+from canalyze.records import SEVERITIES, Event, Finding, Frame, Severity, Transfer
 
 if TYPE_CHECKING:
     import pyarrow
@@ -124,7 +123,7 @@ class Events(Rows[Event]):
         "event": lambda one: type(one).__name__.lower(),
         "frame": lambda one: one.last_frame if isinstance(one, Transfer) else one.frame,
         "t_ns": lambda one: getattr(one, "t_ns", None),
-        "text": lambda one: one.message if isinstance(one, Finding) else one.text or "",
+        "text": lambda one: one.message if isinstance(one, Finding) else one.text,
     }
     _first = ("frame", "t_ns", "event", "node", "text")
 
@@ -162,7 +161,6 @@ class Transfers(Rows[Transfer]):
         "boolean": lambda one: one.value if isinstance(one.value, bool) else None,
         "integer": _whole,
         "value": number,
-        "text": lambda one: one.text or "",
         "abort_code": lambda one: one.abort and one.abort.code,
         "abort_by": lambda one: one.abort and one.abort.by,
         "abort_text": lambda one: one.abort and one.abort.text,

@@ -1,67 +1,22 @@
 """Signals of PDOs, typed: long rows, one a value, and the values of one signal as a series.
 
-Read from the core's JSON lines and never made here. It must not read a capture, judge or print.
+It must not read a capture, judge or print.
 """
 
 import difflib
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable
 from datetime import UTC, datetime
-from operator import itemgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Final, overload
 
 from canalyze.library.columns import needs
 from canalyze.library.rows import Rows, number
-from canalyze.values import ObjectRef, Timed
+from canalyze.records import Signal, Value
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _DATES: Final = 100_000_000
 """Seconds from which on a time is a date."""
-Value = int | float | str | None
-"""A number; bytes as hexadecimal text, an integer beyond 2^53 as decimal text; None where the payload is too short."""
-
-
-@dataclass(frozen=True, slots=True)
-class Signal(Timed):
-    """One value of one signal."""
-
-    t: str | None
-    """Time of the frame in seconds, a decimal string with all its digits; None without stamps."""
-    frame: int
-    """Number of the frame, from 1."""
-    bus: str | None
-    """The bus, where the capture names it."""
-    node: int
-    """Node-ID of the PDO's owner."""
-    pdo: str
-    """The PDO: TPDO1."""
-    signal: str
-    """The signal's name, as a line of `decode` has it."""
-    value: Value
-    """The value with sign, type and factor applied, in `unit`."""
-    raw: Value
-    """The unsigned number in the payload."""
-    unit: str | None
-    """The unit, by the description of the device."""
-    provenance: str
-    """Where the mapping is known from: observed, option, dcf or eds."""
-    index: str
-    """Index of the mapped object, four hexadecimal digits."""
-    sub: int
-    """Its sub-index."""
-    text: str | None
-    """The value in words."""
-
-    @property
-    def object(self) -> ObjectRef:
-        """The object as the standard writes it, 6041h:00."""
-        return ObjectRef(int(self.index, 16), self.sub)
-
-    def __repr__(self) -> str:
-        value = f"{self.value!r} {self.unit}" if self.unit else repr(self.value)
-        return f"<Signal {self.node}.{self.pdo}.{self.signal} = {value}, frame {self.frame}>"
 
 
 class _Values(Rows[Signal]):
@@ -231,11 +186,3 @@ def _names(key: tuple[str | None, int, str, str, int, str]) -> set[str]:
     own = [signal, index, f"{index}:{sub:02X}", f"{index}h:{sub:02X}"]
     names = [prefix + name for name in own for prefix in ("", f"{node}.", f"{node}.{pdo}.")]
     return {name.lower() for name in [*names, *(f"{bus}:{name}" for name in names)]}
-
-
-_FIELDS: Final = itemgetter(*Signal.__dataclass_fields__)
-
-
-def signal(row: Mapping[str, Any]) -> Signal:
-    """Take one object of the core (`"kind": "signal"`)."""
-    return Signal(*_FIELDS(row))

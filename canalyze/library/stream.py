@@ -20,11 +20,10 @@ from typing import TYPE_CHECKING, Any, Final, Self, TypeVar, Unpack
 from canalyze.configuration import network
 from canalyze.errors import SourceError
 from canalyze.library import Known
-from canalyze.library.event import Event, records
 from canalyze.library.former import renamed
 from canalyze.library.plan import Plan, plan
 from canalyze.library.problem import Problems
-from canalyze.problem import Problem
+from canalyze.records import Event, Overview, Problem, events
 from canalyze.running.reading import Reading
 from canalyze.sources import live as blocks
 from canalyze.sources.memory import bus_of, is_message
@@ -154,11 +153,11 @@ class Stream:
     def _typed(self, result: bytes) -> list[Event]:
         """Take a result of the core."""
         found: list[Event] = []
-        for one in records(result):
+        for one in events(result):
             if isinstance(one, Problem):
                 self._final.append(one)
-            elif isinstance(one, tuple):
-                self._order = one
+            elif isinstance(one, Overview):
+                self._order = one.order
             else:
                 found.append(one)
         return found

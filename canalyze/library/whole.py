@@ -12,11 +12,10 @@ from canalyze.library import Descriptions, Options, Source, StrPath
 from canalyze.library import open as open_
 from canalyze.library.capture import Capture
 from canalyze.library.columns import html_table
-from canalyze.library.event import Frame
 from canalyze.library.problem import Problems
 from canalyze.library.rows import ObjectLike, address, one_of
 from canalyze.output import Output
-from canalyze.problem import Problem
+from canalyze.records import Frame, Problem
 
 if TYPE_CHECKING:
     from can import Message

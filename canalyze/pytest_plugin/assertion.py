@@ -6,18 +6,17 @@ It must not make a test fail, nor raise.
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Final
 
+from msgspec.structs import fields
+
 from canalyze.errors import CanalyzeError
-from canalyze.finding import Finding, Line
 from canalyze.library.capture import Capture
-from canalyze.library.event import Transfer
 from canalyze.library.problem import Problems
 from canalyze.library.rows import Findings, Rows, Transfers
-from canalyze.library.series import Series, Signal
+from canalyze.library.series import Series
 from canalyze.output import printable
-from canalyze.problem import Problem
+from canalyze.records import Finding, Line, Problem, Signal, Transfer
 from canalyze.words import Words
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ from typing import Any
 
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.output import jsonl
-from canalyze.problem import Problem
+from canalyze.records import Problem
 
 
 def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:

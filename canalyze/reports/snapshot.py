@@ -9,12 +9,12 @@ import zlib
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
-from canalyze.library.event import Transfer
 from canalyze.output import hexadecimal, jsonl
+from canalyze.records import Transfer
 
 if TYPE_CHECKING:
     from canalyze.library.capture import Capture
-    from canalyze.library.node import Node
+    from canalyze.records import Node
 
 _BYTES: Final = 32
 """Bytes that are shown as they are; of more, the check sum."""

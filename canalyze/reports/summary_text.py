@@ -7,9 +7,9 @@ computes nothing but units. A block that has nothing to tell is left out. What a
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final, Protocol
 
-from canalyze.finding import SEVERITIES
 from canalyze.output import Output, dyed, printable
 from canalyze.output.layout import definitions
+from canalyze.records import SEVERITIES
 from canalyze.reports.table import EMPTY, SPARE, Column, write
 from canalyze.reports.wording import ranges
 from canalyze.words import Words
