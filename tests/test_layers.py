@@ -36,7 +36,7 @@ MAY_USE: dict[str, set[str]] = {
     "sinks": {*READ, "output"},
     "running.reading": READ,
     "running.options": {"_core"},
-    "dictionary": {*READ, "configuration.network"},
+    "dictionary": {*READ, "configuration.network", "records"},
     "configuration.descriptions": {*SAID, "_core", "dictionary", "configuration.network", "output"},
     "configuration.config": {*SAID, "check.policy", "configuration.filed", "configuration.network"},
     "configuration.filed": {
@@ -163,7 +163,7 @@ MAY_USE: dict[str, set[str]] = {
         "output.writing",
     },
     "html": {*SAID, "running.reading", "sources"},
-    "timeline": {*SAID, "_core", "output.layout", "output", "reports", "output.writing"},
+    "timeline": {*SAID, "_core", "output.layout", "output", "records", "reports", "output.writing"},
     "exporting": {*SAID, "_core", "library", "output", "output.writing"},
     "agents": {*SAID, "library", "output", "output.jsonl", "configuration.network", "sources.names"},
     "monitor": {*READ, "output.layout", "output", "running.reading"},

@@ -11,18 +11,24 @@ from captures import SAMPLES
 from msgspec import inspect
 
 from canalyze import _core, records
+from canalyze.records import info, inventory, summary
 from canalyze.running.options import SessionOptions
 
 KINDS: list[tuple[str, type[msgspec.Struct]]] = [
     (str(kind.__struct_config__.tag), kind)
-    for kind in vars(records).values()
-    if isinstance(kind, type) and issubclass(kind, msgspec.Struct) and kind.__struct_config__.tag
+    for module in (records, info, inventory, summary)
+    for kind in vars(module).values()
+    if isinstance(kind, type)
+    and issubclass(kind, msgspec.Struct)
+    and kind.__module__ == module.__name__
+    and kind.__struct_config__.tag
 ]
 SCHEMA = {record["kind"]: record["columns"] for record in json.loads(_core.schema()) if record["kind"]}
 FORMS: dict[str, Any] = {
     "events": {"incidents": True},
     "diagnosis": {},
     "summary": {},
+    "info": {},
     "objects": {},
     "objects-text": {},
 }
@@ -75,7 +81,12 @@ def test_records_of_the_schema_are_known() -> None:
 def lines() -> list[bytes]:
     """Everything that a session gives of captures that have much."""
     found: list[bytes] = []
-    for path in (*sorted((SAMPLES / "network").glob("*.log")), SAMPLES / "rules/HBT002.log", SAMPLES / "roboteq.log"):
+    for path in (
+        *sorted((SAMPLES / "network").glob("*.log")),
+        SAMPLES / "rules/HBT002.log",
+        SAMPLES / "roboteq.log",
+        SAMPLES / "rules/BUS009-extended.log",
+    ):
         for form, more in FORMS.items():
             session = _core.Session(SessionOptions("en", format=form, **more))
             session.begin(path.name, True)

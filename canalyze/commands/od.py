@@ -1,6 +1,5 @@
 """`canalyze od`: the objects of the devices, by what the traffic shows of them. What that is, the core says."""
 
-import json
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from functools import partial
@@ -137,20 +136,20 @@ def command(words: Words) -> click.Command:
             code = Run(reading, words, progress, take, given).over(names)
             if listed:
                 listed.close()
-            records = _records(gathered)
+            result = b"".join(gathered)
             if dbc:
                 from canalyze.reports import dbc as report
 
                 progress.clear()
-                report.write(out, words, dbc, records, partial(_entry, given, read))
+                report.write(out, words, dbc, result, partial(_entry, given, read))
             elif targets and node:
                 progress.clear()
-                _write(outs, words, records, targets, node[0], _description(given, read, records, node[0]))
+                _write(outs, words, result, targets, node[0], _description(given, read, result, node[0]))
             elif description and reading.frames:
                 progress.clear()
-                code = max(code, _hold_against(out, words, records, description, form=form, unseen=unseen))
+                code = max(code, _hold_against(out, words, result, description, form=form, unseen=unseen))
             else:
-                show(records, out, words)
+                show(result, out, words)
             for written in outs.values():
                 told(code, written, words, stream=total is None, some=reading.frames > 0)
                 if reading.frames == 0:
@@ -213,14 +212,12 @@ def _described(name: str, node: int | None, words: Words) -> "Dictionary":
     return found
 
 
-def _hold_against(
-    out: Output, words: Words, records: list[dict[str, Any]], found: "Dictionary", *, form: str, unseen: bool
-) -> int:
+def _hold_against(out: Output, words: Words, result: bytes, found: "Dictionary", *, form: str, unseen: bool) -> int:
     """Write what the description and the device differ in; give the exit code."""
     from canalyze.dictionary.against import INFO, compared, device
     from canalyze.reports import against_text
 
-    held = compared(found, records, *device(records, found), unseen=unseen)
+    held = compared(found, result, *device(result, found), unseen=unseen)
     if form == "text":
         against_text.show(held, found.file, out, words)
     else:
@@ -228,19 +225,15 @@ def _hold_against(
     return int(any(one.severity != INFO for one in held.differences))
 
 
-def _records(gathered: list[bytes]) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in b"".join(gathered).splitlines()]
-
-
-def _description(
-    given: CaptureOptions, read: dict[str, Any], records: list[dict[str, Any]], node: int
-) -> tuple[bytes, str] | None:
+def _description(given: CaptureOptions, read: dict[str, Any], result: bytes, node: int) -> tuple[bytes, str] | None:
     """Give the description of a node and its name; None where it has none."""
     if not read:
         return None
     from canalyze.dictionary import contents
+    from canalyze.records import records
+    from canalyze.records.inventory import Head
 
-    file = _carried(given, read, next((one["bus"] for one in records if one["node"] == node), None), node)
+    file = _carried(given, read, next((one.bus for one in records(result, Head) if one.node == node), None), node)
     if file is not None and read[file].form in ("xdd", "concise"):
         raise OutputError("od.dcf_xdd", name=file)
     return None if file is None else contents(file)
@@ -264,7 +257,7 @@ def _entry(
 def _write(
     outs: dict[str, Output],
     words: Words,
-    records: list[dict[str, Any]],
+    result: bytes,
     names: dict[str, str],
     node: int,
     description: tuple[bytes, str] | None,
@@ -272,7 +265,7 @@ def _write(
     """Write the files of a node, and say what is in them. OutputError where there is nothing to be written."""
     from canalyze.reports import od_files
 
-    of = od_files.of(records, node, description)
+    of = od_files.of(result, node, description)
     for form, out in outs.items():
         data, said = od_files.made(form, names[form], of, words)
         out.write(data)
@@ -307,7 +300,7 @@ def _compare(
         if code >= 128 or reading.frames == 0:
             out.drop()
             return code or 2
-        sides.append(captured(_records(gathered)))
+        sides.append(captured(b"".join(gathered)))
     found = compare(sides, nodes, filtered=expression is not None)
     if not found.pairs:
         a, b = (", ".join(str(node.node or "-") for node in side.nodes) or "-" for side in found.sides)

@@ -1,6 +1,5 @@
 """`canalyze summary`: a capture in figures. What is counted and measured, the core says, all of it at the end."""
 
-import json
 from typing import Unpack
 
 import click
@@ -49,7 +48,7 @@ def command(words: Words) -> click.Command:
             else:
                 from canalyze.reports.summary_text import show
 
-                show(map(json.loads, records.splitlines()), out, words, moments=time is None)
+                show(records, out, words, moments=time is None)
             told(code, out, words, stream=total is None, some=bool(records))
             if not records:
                 out.drop()

@@ -10,7 +10,8 @@ from canalyze.fleet.stores import Place
 from canalyze.fleet.task import Action, problems_of, records_of, verdict_of
 from canalyze.output import Output
 from canalyze.output import jsonl as json_lines
-from canalyze.records import KEYS
+from canalyze.records import KEYS, of_rows
+from canalyze.records.summary import KINDS
 from canalyze.reports import check_jsonl, check_text, diagnosis_text, fleet_text, junit
 from canalyze.words import Words
 
@@ -42,7 +43,7 @@ def show(action: Action, done: Sequence[Manifest], out: Output, words: Words, *,
     elif action == "export":
         fleet_text.show_tables([(one.result or {}).get("rows", {}) for one in done], out, words)
     else:
-        fleet_text.show([(one.capture, one.error, records_of(one)) for one in done], out, words)
+        fleet_text.show([(one.capture, one.error, of_rows(records_of(one), *KINDS)) for one in done], out, words)
     fleet_text.show_failed([(one.capture, one.error or "", one.attempts) for one in done if one.failed], out, words)
 
 

@@ -204,10 +204,10 @@ def summary(source: "Source | Capture", **options: Unpack[Options]) -> Summary:
     from canalyze.words import Words
 
     capture = _capture(source, options)
-    records = [json.loads(line) for line in capture.through("summary")[1].splitlines()]
+    result = capture.through("summary")[1]
     text = _Text()
-    show(records, text, Words(capture.lang))
-    return Summary(records, text.data.decode("utf-8", "replace"))
+    show(result, text, Words(capture.lang))
+    return Summary([json.loads(line) for line in result.splitlines()], text.data.decode("utf-8", "replace"))
 
 
 def diagnose(source: "Source | Capture", **options: Unpack[Options]) -> Diagnosis:
@@ -286,13 +286,10 @@ def od(source: "Source | Capture", *, at: float | None = None, **options: Unpack
         raise ValueError(f"at={at!r}: seconds, 0 or more")
     capture = _capture(source, options)
     until_ns = None if at is None else round(at * 1e9)
-    records, shown = (
-        [json.loads(line) for line in capture.through(form, until_ns=until_ns)[1].splitlines()]
-        for form in ("objects", "objects-text")
-    )
+    objects, shown = (capture.through(form, until_ns=until_ns)[1] for form in ("objects", "objects-text"))
     text = _Text()
     show(shown, text, Words(capture.lang))
-    return Inventory(records, text.data.decode("utf-8", "replace"))
+    return Inventory(map(json.loads, objects.splitlines()), text.data.decode("utf-8", "replace"))
 
 
 def convert(

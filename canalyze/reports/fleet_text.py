@@ -5,18 +5,22 @@ Must not: count what the core counts, or judge.
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from canalyze.output import Output, dyed, printable
+from canalyze.records import Node
+from canalyze.records.summary import Bus, Capture, Raised
+from canalyze.records.summary import Record as Summarized
 from canalyze.reports import table, wording
 from canalyze.reports.diagnosis_text import Diagnosed
 from canalyze.reports.table import EMPTY, Column
 from canalyze.words import Words
 
+T = TypeVar("T")
 Record = Mapping[str, Any]
 
 
-def show(captures: Sequence[tuple[str, str | None, Sequence[Record]]], out: Output, words: Words) -> None:
+def show(captures: Sequence[tuple[str, str | None, Sequence[Summarized]]], out: Output, words: Words) -> None:
     """Writes the tables. captures: name, why it was not read as a whole, records of `summary`."""
     right = ("frames", "seconds", "nodes", "transfers", "load", "findings")
     columns = [
@@ -27,9 +31,9 @@ def show(captures: Sequence[tuple[str, str | None, Sequence[Record]]], out: Outp
     found = Counter[str]()
     spread = Counter[str]()
     for _, _, records in captures:
-        for one in _of("finding", records):
-            title = f"{one['code']} {one['name']}"
-            found[title] += one["count"]
+        for one in _of(Raised, records):
+            title = f"{one.code} {one.name}"
+            found[title] += one.count
             spread[title] += 1
     if found:
         out.text("\n")
@@ -39,8 +43,8 @@ def show(captures: Sequence[tuple[str, str | None, Sequence[Record]]], out: Outp
         ]
         ordered = sorted(spread.items(), key=lambda row: (-row[1], row[0]))
         table.write(columns, ([title, str(files), str(found[title])] for title, files in ordered), out)
-    frames = sum(one["frames"] for _, _, records in captures for one in _of("capture", records))
-    hours = sum(float(one["seconds"] or 0) for _, _, records in captures for one in _of("capture", records)) / 3600
+    frames = sum(one.frames for _, _, records in captures for one in _of(Capture, records))
+    hours = sum(float(one.seconds or 0) for _, _, records in captures for one in _of(Capture, records)) / 3600
     out.text("\n" + words("fleet.figures", files=len(captures), frames=frames, hours=f"{hours:.2f}") + "\n")
 
 
@@ -99,21 +103,21 @@ def show_failed(failed: Sequence[tuple[str, str, int]], out: Output, words: Word
         out.text(f"  {printable(said)}{tried}\n")
 
 
-def _of(kind: str, records: Sequence[Record]) -> list[Record]:
-    return [one for one in records if one["kind"] == f"summary_{kind}"]
+def _of(kind: type[T], records: Sequence[Summarized]) -> list[T]:
+    return [one for one in records if isinstance(one, kind)]
 
 
-def _figures(records: Sequence[Record]) -> list[str]:
+def _figures(records: Sequence[Summarized]) -> list[str]:
     """Returns frames, seconds, nodes, transfers, peak of the load, findings; EMPTY where there is none of it."""
-    if not _of("capture", records):
+    if not _of(Capture, records):
         return [EMPTY] * 6
-    (whole,), nodes = _of("capture", records), _of("node", records)
-    loads = [one["load_peak_1s"] for one in _of("bus", records) if one["load_peak_1s"] is not None]
+    (whole,), nodes = _of(Capture, records), _of(Node, records)
+    loads = [one.load_peak_1s for one in _of(Bus, records) if one.load_peak_1s is not None]
     return [
-        str(whole["frames"]),
-        EMPTY if whole["seconds"] is None else f"{float(whole['seconds']):.1f}",
+        str(whole.frames),
+        EMPTY if whole.seconds is None else f"{float(whole.seconds):.1f}",
         str(len(nodes)),
-        str(sum(one["sdo"]["transfers"] for one in nodes)),
+        str(sum(one.transfers for one in nodes)),
         f"{max(loads):.1f}%" if loads else EMPTY,
-        str(sum(one["count"] for one in _of("finding", records))),
+        str(sum(one.count for one in _of(Raised, records))),
     ]

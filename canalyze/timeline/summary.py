@@ -9,6 +9,8 @@ from datetime import UTC, datetime
 from typing import Any, Final
 
 from canalyze.output import printable
+from canalyze.records import records
+from canalyze.records.summary import Capture
 from canalyze.reports.summary_text import LEFT, report
 from canalyze.words import Words
 
@@ -16,10 +18,10 @@ _SPECIAL: Final = re.compile(r"([\\`*_{}\[\]<>#|~])")
 _FACTS: Final = ("files", "frames", "first_t", "last_t", "seconds", "bit_rate", "dropped", "unreadable")
 
 
-def markdown(records: Sequence[Mapping[str, Any]], words: Words, *, dated: bool = False) -> str:
-    """Give the records of one capture as a document. dated: its stamps are dates, which are written as such."""
+def markdown(result: bytes, words: Words, *, dated: bool = False) -> str:
+    """Give the JSON lines of one capture as a document. dated: its stamps are dates, which are written as such."""
     sheet = _Markdown()
-    report(records, sheet, words, stamp=_date if dated else str)
+    report(result, sheet, words, stamp=_date if dated else str)
     return "".join(sheet.parts)
 
 
@@ -29,10 +31,10 @@ def listed(lines: Sequence[str], words: Words) -> str:
     return f"# {_plain(words('timeline.summary'))}\n\n{items}"
 
 
-def facts(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def facts(result: bytes) -> dict[str, Any]:
     """Give what a recording has as its properties; what is not known is left out."""
-    capture = next(record for record in records if record["kind"] == "summary_capture")
-    return {key: capture[key] for key in _FACTS if capture[key] is not None}
+    capture = next(records(result, Capture))
+    return {key: fact for key in _FACTS if (fact := getattr(capture, key)) is not None}
 
 
 def story_list(incidents: Sequence[Mapping[str, Any]], words: Words) -> str:

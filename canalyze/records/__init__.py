@@ -10,7 +10,7 @@ from functools import cache
 from sys import intern
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, TypeVar, Union, get_args
 
-from msgspec import Struct, field
+from msgspec import Struct, convert, field
 from msgspec.json import Decoder, decode
 from msgspec.structs import force_setattr
 
@@ -210,7 +210,7 @@ class Frame(Timed, Struct, frozen=True, gc=False, tag_field="kind", tag="frame")
 
     @property
     def fields(self) -> Mapping[str, Any]:
-        """What the service reads in it, as the object of that name in `decode --format jsonl`."""
+        """The fields of its service, as the object of that name in `decode --format jsonl`."""
         rest = decode(b"{" + self._rest.removeprefix(b","), type=dict[str, Any]) if self._rest else {}
         return rest.get(self.service) or {}
 
@@ -221,7 +221,7 @@ class Frame(Timed, Struct, frozen=True, gc=False, tag_field="kind", tag="frame")
 
 
 class Note(Struct, frozen=True, gc=False, tag_field="kind", tag="note"):
-    """What became known only later, said at the frame that proves it."""
+    """A fact that became known only later, at the frame that proves it."""
 
     note: str
     """request_not_captured, lost_by_reset, node_id_changed ..."""
@@ -400,6 +400,8 @@ class StateChange(Timed, Struct, frozen=True, gc=False):
 
     state: State | None = field(name="name")
     """The state; None for a number that the standard does not have."""
+    number: Hex = field(name="state")
+    """The number of the state."""
     text: str | None
     """The state in words."""
     t: str | None
@@ -445,8 +447,8 @@ class Emcy(Struct, frozen=True, gc=False):
 class Aborts(Struct, frozen=True, gc=False):
     """SDO transfers that were aborted with one code by one side."""
 
-    code: Hex
-    """The SDO abort code."""
+    digits: str = field(name="code")
+    """The abort code, hexadecimal: 8 digits of SDO, 2 of USDO."""
     by: Literal["client", "server"]
     """Who aborted."""
     text: str | None
@@ -457,6 +459,11 @@ class Aborts(Struct, frozen=True, gc=False):
     """The first of these aborts."""
     last_frame: int
     """The last of them."""
+
+    @property
+    def code(self) -> int:
+        """The abort code."""
+        return int(self.digits, 16)
 
 
 class SdoCounts(Struct, frozen=True, gc=False):
@@ -486,8 +493,16 @@ class Node(Struct, frozen=True, gc=False, tag_field="kind", tag="summary_node"):
     """PDOs that it sent."""
     rpdos: int = field(name="rpdo")
     """PDOs that it was sent."""
+    tpdo_rate: float | None
+    """Those that it sent in a second; None without stamps."""
+    rpdo_rate: float | None
+    """Those that it was sent in a second; None without stamps."""
     state: State | None = field(name="state_name")
     """The last NMT state; None where nothing tells."""
+    state_number: Hex | None = field(name="state")
+    """The number of that state."""
+    state_text: str | None
+    """That state in words."""
     lost: bool
     """Its heartbeats, or answers to node guarding, stopped and did not come back: `state` is that before."""
     states: tuple[StateChange, ...]
@@ -520,22 +535,22 @@ class Node(Struct, frozen=True, gc=False, tag_field="kind", tag="summary_node"):
 
     @property
     def ok(self) -> int:
-        """Of these, those that came to their end."""
+        """Its SDO transfers that came to their end."""
         return self.sdo.ok
 
     @property
     def aborted(self) -> int:
-        """Of these, those that were aborted."""
+        """Its SDO transfers that were aborted."""
         return self.sdo.aborted
 
     @property
     def failed(self) -> int:
-        """Of these, those that broke the protocol or had no answer."""
+        """Its SDO transfers that broke the protocol or had no answer."""
         return self.sdo.failed
 
     @property
     def incomplete(self) -> int:
-        """Of these, those that are cut by an end of the capture, which is no fault."""
+        """Its SDO transfers that are cut by an end of the capture, which is no fault."""
         return self.sdo.incomplete
 
     @property
@@ -609,7 +624,7 @@ class Repeats(Struct, frozen=True, gc=False):
 
 
 class _Happened(Struct, frozen=True, gc=False):
-    """What is known of a problem from its begin to its end."""
+    """A problem as it is known from its begin to its end."""
 
     id: int
     """The number of the problem."""
@@ -639,7 +654,7 @@ class _Happened(Struct, frozen=True, gc=False):
 
 
 class Problem(_Happened, frozen=True, gc=False, tag_field="kind", tag="problem"):
-    """What happened to one subject.
+    """A problem of one subject.
 
     `id` is its number, from 1: in the order of reading, or that in which problems were reported live.
     """
@@ -680,7 +695,7 @@ class Problem(_Happened, frozen=True, gc=False, tag_field="kind", tag="problem")
 
     @property
     def count(self) -> int:
-        """How often it happened."""
+        """The number of times that it happened."""
         return self.repeats.count
 
     @property
@@ -694,7 +709,7 @@ class Problem(_Happened, frozen=True, gc=False, tag_field="kind", tag="problem")
 
 
 class ProblemChange(_Happened, frozen=True, gc=False, tag_field="kind", tag="problem"):
-    """What has become known of a problem while a bus is listened to; it may still change."""
+    """A change of a problem while a bus is listened to; it may still change."""
 
     phase: Literal["opened", "linked", "ended"]
     """It begins to show, its cause is known or another, or it has ended."""
@@ -736,6 +751,12 @@ def records(result: bytes, *kinds: type[R]) -> Iterator[R]:
     for line in result.splitlines():
         if line.startswith(begins):
             yield read(line)
+
+
+def of_rows(rows: Any, *kinds: type[R]) -> list[R]:
+    """Returns the records of these kinds that were decoded as JSON, as those that a fleet has stored."""
+    found: list[R] = convert(rows, list[Union[kinds]], dec_hook=_converted)  # type: ignore[valid-type]  # noqa: UP007
+    return found
 
 
 _FRAME: Final = b'{"kind":"frame",'
