@@ -82,7 +82,7 @@ MAY_USE: dict[str, set[str]] = {
         "output",
         "running.run",
     },
-    "running.chosen": {*READ, "configuration.options", "output", "reports", "running.run"},
+    "running.chosen": {*READ, "configuration.options", "output", "records", "reports", "running.run"},
     "running.run": {*READ, "configuration.options", "output", "running.reading"},
     "configuration.options": {
         *READ,

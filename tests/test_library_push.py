@@ -17,6 +17,7 @@ from captures import SAMPLES
 from msgspec.structs import replace
 
 import canalyze
+from canalyze.records import ProblemTexts
 
 NETWORK = SAMPLES / "network/sync-and-pdos.log"
 OTHERS = [NETWORK, SAMPLES / "sdo-abort.log", SAMPLES / "services.log"]
@@ -62,7 +63,10 @@ def same_root(one: canalyze.Problem) -> tuple[str, Any, Any]:
 
 def unnumbered(incidents: Iterable[canalyze.Problem]) -> list[Any]:
     """Give them in one order and without numbers: a listener has those of the order in which they were reported."""
-    alike = [replace(one, id=0, effects=(), cause=one.cause and replace(one.cause, id=0)) for one in incidents]
+    alike = [
+        replace(one, id=0, effects=(), cause=one.cause and replace(one.cause, id=0), texts=ProblemTexts())
+        for one in incidents
+    ]
     return sorted(alike, key=lambda one: (one.begin.frame, one.kind, one.nodes))
 
 

@@ -8,10 +8,10 @@ Exit codes: 0, whatever was found; with --fail-on 1 where such a problem is ther
 import json
 import os
 import stat
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Unpack
+from typing import TYPE_CHECKING, Final, NamedTuple, Unpack
 
 import click
 
@@ -34,8 +34,8 @@ from canalyze.configuration.options import (
 from canalyze.errors import ReaderGone, SourceError
 from canalyze.output import Output, Progress, jsonl, open_output, told
 from canalyze.output.help import Listing
-from canalyze.records import KEYS
-from canalyze.reports import diagnosis_read, wording
+from canalyze.records import KEYS, Overview, Problem, diagnosed, lines, records
+from canalyze.reports import wording
 from canalyze.running.run import Interrupt, Run
 from canalyze.sources.file import CHUNK, STDIN, total_size
 from canalyze.sources.names import below, expanded
@@ -98,28 +98,29 @@ def command(words: Words) -> click.Command:
                 return code
             names = found[0]
             total = total_size(names)
-            code, incidents, whole = _diagnosed(_Reading(names, given, stamps, words), out)
+            code, result = _diagnosed(_Reading(names, given, stamps, words), out)
+            incidents, whole = diagnosed(result)
             if whole is not None and code < 128:
                 _there(chosen, incidents, whole, words)
             shown = _chosen(incidents, whole, chosen)
-            numbers = [one["id"] for one in incidents]
+            numbers = [one.id for one in incidents]
             if number is not None and number not in numbers:
                 key = "diagnose.no_problem" if numbers else "diagnose.no_problems"
                 problem = words(key, number=number, numbers=wording.ranges(numbers, ", "))
                 raise click.UsageError(problem, click.get_current_context())
             with suppress(ReaderGone):  # `| head` has seen enough: of the page and the exit code nobody has said so
                 if form == "jsonl":
-                    _write_lines(shown, out)
+                    _write_lines(result, shown, out)
                 elif whole is not None:
                     every, some = (diagnosis_text.of_buses(those) for those in (incidents, shown))
                     named = tuple(name for name in names if name != STDIN)
                     if number is None:
                         diagnosis_text.show(some, whole, out, words, named, everything=everything, chosen=chosen)
                     else:
-                        by_id = {one["id"]: one for one in every}
-                        near = diagnosis_read.near(one for _, one in diagnosis_text.tree(by_id[number], by_id))
-                        lines = _lines(_Reading(names, given, stamps, words), near)
-                        diagnosis_text.tell(number, every, whole, lines, out, words, named)
+                        by_id = {one.id: one for one in every}
+                        near = diagnosis_text.near(one for _, one in diagnosis_text.tree(by_id[number], by_id))
+                        around = _lines(_Reading(names, given, stamps, words), near)
+                        diagnosis_text.tell(number, every, whole, around, out, words, named)
             if html is not None and whole is not None:
                 _write_page(html, [names], _Reading(names, given, stamps, words), number, force=force)
             told(code, out, words, stream=total is None, some=whole is not None)
@@ -176,27 +177,26 @@ def _recordings(names: tuple[str, ...], given: CaptureOptions, words: Words, out
 
 def _span(name: str, given: CaptureOptions, words: Words, progress: Progress) -> Span:
     """Return the time and the buses of a file. Its complaints come when it is diagnosed."""
+    from canalyze.records.info import Info
+
     results: list[bytes] = []
     session = open_session(words, given, format="info")
     run = Run(session, words, progress, results.append, given, frameless=True, tell=lambda _: None)
     if (code := run.over((name,))) > 128:
         raise SystemExit(code)
-    record: dict[str, Any] = json.loads(b"".join(results) or b"{}")
-    first, last = (record.get(key) for key in ("first_t", "last_t"))
-    buses = frozenset(one["bus"] for one in record.get("buses", ()))
-    return Span(name, first and nanoseconds(first), last and nanoseconds(last), buses)
+    if (record := next(records(b"".join(results), Info), None)) is None:
+        return Span(name, None, None, frozenset())
+    buses = frozenset(one.bus for one in record.buses)
+    return Span(name, nanoseconds(record.first_t), nanoseconds(record.last_t), buses)
 
 
-def _diagnosed(reading: "_Reading", out: Output) -> tuple[int, list[dict[str, Any]], dict[str, Any] | None]:
-    """Return the exit code, the problems, and the record of the whole capture if it could be read."""
+def _diagnosed(reading: "_Reading", out: Output) -> tuple[int, bytes]:
+    """Returns the exit code, and the JSON lines of the diagnosis; none if nothing could be read."""
     names, given, stamps, words = reading
     session = open_session(words, given, format="diagnosis", stamps=stamps)
     results: list[bytes] = []
     code = Run(session, words, Progress(words, out, total_size(names)), results.append, given).over(names)
-    records = diagnosis_read.records(results)
-    whole = next((one for one in records if one["kind"] == "diagnosis"), None)
-    incidents = [one for one in records if one["kind"] == "problem"]
-    return code, incidents, None if code and not session.frames else whole
+    return code, b"" if code and not session.frames else b"".join(results)
 
 
 def _each(
@@ -210,7 +210,8 @@ def _each(
     fails = False
     with suppress(ReaderGone):
         for names in found:
-            code, incidents, whole = _diagnosed(reading._replace(names=names), out)
+            code, result = _diagnosed(reading._replace(names=names), out)
+            incidents, whole = diagnosed(result)
             worst = worst or code
             if code >= 128:
                 worst = code
@@ -221,8 +222,8 @@ def _each(
             if whole is None:
                 continue
             if form == "jsonl":
-                _write_lines(shown, out, names)
-            rows.append(diagnosis_text.Diagnosed(names, shown, whole))
+                _write_lines(result, shown, out, names)
+            rows.append(diagnosis_text.Diagnosed(names, shown, whole.order, whole.nature))
         if form == "text":
             diagnosis_text.show_each(rows, out, reading.words, chosen, unread=len(found) - len(rows))
             diagnosis_text.further_of_each(rows, out, reading.words)
@@ -231,19 +232,16 @@ def _each(
     return worst or int(fails), [row.names for row in rows]
 
 
-def _fails(shown: Iterable[Mapping[str, Any]], fail_on: str | None) -> bool:
+def _fails(shown: Iterable[Problem], fail_on: str | None) -> bool:
     fails = FAIL_ON.get(fail_on or "", ())
-    return any(one["status"] in fails and one["root"] for one in shown)
+    return any(one.status in fails and one.is_root for one in shown)
 
 
-def _there(chosen: "Chosen", incidents: list[dict[str, Any]], whole: dict[str, Any], words: Words) -> None:
+def _there(chosen: "Chosen", incidents: list[Problem], whole: Overview, words: Words) -> None:
     """Raise where the bus or the node that is asked for is not in the capture."""
-    places = {(one["bus"], one["node"]) for one in whole["nodes"]}
-    for one in incidents:
-        subject = one["subject"]
-        own = () if subject.get("node") is None else (subject["node"],)
-        places |= {(subject["bus"], number) for number in (*own, *subject.get("nodes", ()))}
-    buses = sorted({*whole["buses"], *(one["subject"]["bus"] for one in incidents)} - {"", None})
+    places = {(one.bus, one.node) for one in whole.nodes}
+    places |= {(one.bus, number) for one in incidents for number in _concerned(one)}
+    buses = sorted({bus for bus in (*whole.buses, *(one.bus for one in incidents)) if bus})
     if chosen.bus is not None and chosen.bus not in buses:
         key = "diagnose.no_bus" if buses else "diagnose.no_buses"
         raise SourceError(key, bus=chosen.bus or '""', buses=words("reports.list").join(buses))
@@ -255,33 +253,36 @@ def _there(chosen: "Chosen", incidents: list[dict[str, Any]], whole: dict[str, A
         raise SourceError(key, node=chosen.node, bus=chosen.bus, nodes=wording.ranges(nodes, ", "))
 
 
-def _write_lines(incidents: list[dict[str, Any]], out: Output, names: tuple[str, ...] = ()) -> None:
+def _concerned(one: Problem) -> tuple[int, ...]:
+    """Returns the nodes of a problem."""
+    return one.nodes if one.node is None else (one.node, *one.nodes)
+
+
+def _write_lines(result: bytes, shown: Iterable[Problem], out: Output, names: tuple[str, ...] = ()) -> None:
     """Write a JSON object for each problem; names: with the files of its recording, where there are several."""
-    for one in incidents:
-        record = {key: one[key] for key in KEYS} | ({"files": list(names)} if names else {})
+    wanted = {one.id for one in shown}
+    for row in map(json.loads, result.splitlines()):
+        if row["kind"] != "problem" or row["id"] not in wanted:
+            continue
+        record = {key: row[key] for key in KEYS} | ({"files": list(names)} if names else {})
         out.write(f"{jsonl.text(record)}\n".encode("utf-8", "backslashreplace"))
 
 
-def _chosen(
-    incidents: list[dict[str, Any]],
-    whole: dict[str, Any] | None,
-    chosen: "Chosen",
-) -> list[dict[str, Any]]:
+def _chosen(incidents: list[Problem], whole: Overview | None, chosen: "Chosen") -> list[Problem]:
     """Give the stories that are asked for, each with all that belongs to it."""
     from canalyze.reports.diagnosis_text import root
 
     node, bus, since = chosen
-    begin = float((whole or {}).get("begin") or 0)
-    by_id = {one["id"]: one for one in incidents}
+    begin = float((whole and whole.begin) or 0)
+    by_id = {one.id: one for one in incidents}
 
-    def fits(one: dict[str, Any]) -> bool:
-        subject, end = one["subject"], one["end"]
-        late = since is None or end is None or end["t"] is None or float(end["t"]) - begin >= since
-        about = node is None or node in (subject.get("node"), *subject.get("nodes", ()))
-        return late and about and (bus is None or subject["bus"] == bus)
+    def fits(one: Problem) -> bool:
+        late = since is None or one.end is None or one.end.t is None or float(one.end.t) - begin >= since
+        about = node is None or node in _concerned(one)
+        return late and about and (bus is None or one.bus == bus)
 
-    roots = {root(one, by_id)["id"] for one in incidents if fits(one)}
-    return [one for one in incidents if root(one, by_id)["id"] in roots]
+    roots = {root(one, by_id).id for one in incidents if fits(one)}
+    return [one for one in incidents if root(one, by_id).id in roots]
 
 
 class _Reading(NamedTuple):
@@ -351,7 +352,7 @@ def _lines(reading: _Reading, wanted: set[int]) -> dict[int, str]:
     found: dict[int, str] = {}
 
     def take(result: bytes) -> None:
-        found.update(diagnosis_read.lines(result, wanted))
+        found.update((one.frame, one.text) for one in lines(result) if one.frame in wanted)
 
     session = open_session(words, given, format="lines", stamps=stamps, time="z")
     Run(session, words, Progress(words, Output(), total_size(names)), take, given, tell=lambda _: None).over(names)

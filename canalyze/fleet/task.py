@@ -30,7 +30,7 @@ from canalyze.fleet import manifest, stored
 from canalyze.fleet.manifest import Manifest
 from canalyze.fleet.sources import Capture, content, fetched, stamp
 from canalyze.fleet.stores import place
-from canalyze.records import KEYS, Problem
+from canalyze.records import KEYS, Problem, of_rows
 from canalyze.reports.diagnosis_text import Diagnosed
 from canalyze.running.pool import Tell
 from canalyze.sources.names import unpacked
@@ -235,7 +235,8 @@ def problems_of(done: Manifest) -> Diagnosed | None:
     """Return the problems of a capture; None if it could not be read."""
     if done.result is None:
         return None
-    return Diagnosed((done.capture,), done.result["problems"], done.result)
+    kept = done.result
+    return Diagnosed((done.capture,), of_rows(kept["problems"], Problem), kept["order"], kept["nature"])
 
 
 def records_of(done: Manifest) -> list[Mapping[str, Any]]:

@@ -5,7 +5,6 @@ transfers, findings and nodes together, one the signals, one frames with everyth
 listen to signals of the system, or know what a frame means.
 """
 
-import json
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
 from functools import partial
@@ -14,7 +13,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, cast
 from weakref import WeakSet
 
-from msgspec import Struct, convert
+from msgspec import Struct
 
 from canalyze.library.columns import Table, html_table
 from canalyze.library.former import renamed, table
@@ -32,11 +31,13 @@ from canalyze.records import (
     Frame,
     Line,
     Node,
+    Overview,
     Problem,
     Severity,
     Signal,
     Transfer,
     events,
+    lines,
     records,
 )
 from canalyze.running.reading import Counted, Reading
@@ -66,7 +67,7 @@ class Capture:
         self._frames: Frames | None = None
         self._signals: Signals | None = None
         self._problems: Problems | None = None
-        self._diagnosed: list[dict[str, Any]] | None = None
+        self._diagnosed: tuple[list[Problem], Overview] | None = None
         self._lists: dict[str, Any] = {}
         self._checked: list[Finding] = []
         self._running: WeakSet[Generator[Event, None, None]] = WeakSet()
@@ -143,18 +144,16 @@ class Capture:
     def problems(self) -> Problems:
         """What went wrong, whether it still is, and why: `capture.problems.roots`, `.open`, `.of(node=5)`."""
         if self._problems is None:
-            *found, whole = self.diagnosed
-            self._problems = Problems((convert(row, Problem) for row in found), whole["order"])
+            found, whole = self.diagnosed
+            self._problems = Problems(found, whole.order)
         return self._problems
 
     @property
-    def diagnosed(self) -> list[dict[str, Any]]:
-        """The records of problems, as the core has them, and behind them that of the whole capture."""
+    def diagnosed(self) -> tuple[list[Problem], Overview]:
+        """The problems, and the overview of the whole capture."""
         if self._diagnosed is None:
-            from canalyze.reports import diagnosis_read
-
-            _, told = self.through("diagnosis")
-            self._diagnosed = diagnosis_read.records([told])
+            result = self.through("diagnosis")[1]
+            self._diagnosed = list(records(result, Problem)), next(records(result, Overview))
         return self._diagnosed
 
     incidents = renamed("incidents", "problems")
@@ -167,9 +166,9 @@ class Capture:
         from canalyze.reports.diagnosis_text import stories
 
         asked = self.problems.roots.open if problems is None else problems
-        records = self.diagnosed[:-1]
-        by_id = {row["id"]: row for row in records}
-        return stories([by_id[one.id] for one in asked if one.id in by_id], records, self._plan.words)
+        found, _ = self.diagnosed
+        by_id = {one.id: one for one in found}
+        return stories([by_id[one.id] for one in asked if one.id in by_id], found, self._plan.words)
 
     stories = renamed("stories", "diagnosis")
 
@@ -207,14 +206,13 @@ class Capture:
             return []
         session = self._plan.session("lines", "frame=" + ",".join(f"{first}-{last}" for first, last in wanted))
         end = max(last for _, last in wanted)
-        lines: list[Line] = []
+        found: list[Line] = []
         with closing(self._results(session)) as results:
             for result in results:
-                for row in map(json.loads, result.splitlines()):
-                    lines += (Line(row["frame"], text) for text in row["text"].split("\n"))
+                found += (Line(one.frame, text) for one in lines(result) for text in one.text.split("\n"))
                 if session.frames >= end:
                     break
-        return lines
+        return found
 
     def tables(self, *names: str, select: str | None = None) -> dict[str, Table]:
         """Give tables of columns, all in one pass: `capture.tables("transfers")["transfers"].to_polars()`.

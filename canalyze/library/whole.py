@@ -219,11 +219,11 @@ def diagnose(source: "Source | Capture", **options: Unpack[Options]) -> Diagnosi
     from canalyze.words import Words
 
     capture = _capture(source, options)
-    *records, whole = capture.diagnosed
+    found, whole = capture.diagnosed
     text = _Text()
     names = [capture.name] if len(capture.paths) == 1 else []
     everything = Chosen(None, None, None)
-    show(of_buses(records), whole, text, Words(capture.lang), names, everything=False, chosen=everything)
+    show(of_buses(found), whole, text, Words(capture.lang), names, everything=False, chosen=everything)
     return Diagnosis(capture.problems, text.data.decode("utf-8", "replace"))
 
 

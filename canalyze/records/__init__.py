@@ -623,6 +623,27 @@ class Repeats(Struct, frozen=True, gc=False):
     count: int
 
 
+class ProblemTexts(Struct, frozen=True, gc=False):
+    """A problem in words; what there is nothing to say about is empty."""
+
+    title: str = ""
+    """Its message with the bus where there are several."""
+    because: str = ""
+    why: str = ""
+    delay: str = ""
+    after: str = ""
+    """The time since its cause."""
+    repeats: str = ""
+
+
+class Sign(Struct, frozen=True, gc=False):
+    """A sign that tells causes from each other."""
+
+    told: bool
+    """True if it is in the capture."""
+    text: str
+
+
 class _Happened(Struct, frozen=True, gc=False):
     """A problem as it is known from its begin to its end."""
 
@@ -666,12 +687,16 @@ class Problem(_Happened, frozen=True, gc=False, tag_field="kind", tag="problem")
     steps: tuple[Step, ...]
     facts: Mapping[str, Any]
     """What was measured; times in nanoseconds have `_ns` in their names."""
-    _findings: tuple[Cited, ...] = field(name="findings")
+    cited: tuple[Cited, ...] = field(name="findings")
     repeats: Repeats
     is_root: bool = field(name="root")
     """True if nothing is known to have caused it."""
     checks: tuple[str, ...] = field(name="checks_text", default=())
     """What to look at first, in words."""
+    checks_left: tuple[str, ...] = ()
+    """Those that the capture does not answer."""
+    apart: tuple[Sign, ...] = ()
+    texts: ProblemTexts = ProblemTexts()
 
     @property
     def node(self) -> int | None:
@@ -691,7 +716,7 @@ class Problem(_Happened, frozen=True, gc=False, tag_field="kind", tag="problem")
     @property
     def findings(self) -> tuple[tuple[str, int], ...]:
         """The codes of the rules that found what belongs to it, each with the frame that shows it; 0: none does."""
-        return tuple((one.code, one.frame or 0) for one in self._findings)
+        return tuple((one.code, one.frame or 0) for one in self.cited)
 
     @property
     def count(self) -> int:
@@ -718,11 +743,32 @@ class ProblemChange(_Happened, frozen=True, gc=False, tag_field="kind", tag="pro
         return f"<ProblemChange {self.id} {self.kind} {self.phase}, frame {self.begin.frame}: {self.message}>"
 
 
+class NodeView(Struct, frozen=True, gc=False):
+    """A node on the first screen of a diagnosis."""
+
+    bus: str | None
+    node: int
+    problem: int | None
+    cells: tuple[str, ...]
+
+
 class Overview(Struct, frozen=True, gc=False, tag_field="kind", tag="diagnosis"):
     """The whole capture, at the end of a diagnosis."""
 
     order: tuple[int, ...]
     """The numbers of the problems that come from no other, in the order of reading."""
+    nature: str
+    """The nature of its buses."""
+    begin: str | None
+    """The time of the first frame."""
+    buses: tuple[str | None, ...]
+    nodes: tuple[NodeView, ...]
+    extent: str
+    notice: str
+    """The statement that something was not judged."""
+    looked: str
+    well: str
+    loose_text: str
 
 
 Event: TypeAlias = Frame | Note | Finding | Transfer | ProblemChange
@@ -751,6 +797,16 @@ def records(result: bytes, *kinds: type[R]) -> Iterator[R]:
     for line in result.splitlines():
         if line.startswith(begins):
             yield read(line)
+
+
+def lines(result: bytes) -> Iterator[Line]:
+    """Yields the annotated lines of frames in JSON lines; those of one frame are one text."""
+    yield from map(_decoder(Line), result.splitlines())
+
+
+def diagnosed(result: bytes) -> tuple[list[Problem], Overview | None]:
+    """Returns the problems of a diagnosis, and the overview; None if the diagnosis did not come to its end."""
+    return list(records(result, Problem)), next(records(result, Overview), None)
 
 
 def of_rows(rows: Any, *kinds: type[R]) -> list[R]:

@@ -38,7 +38,7 @@ class Refusal(Struct, frozen=True, gc=False):
 
 
 class Written(Struct, frozen=True, gc=False):
-    """What was last written to an object and accepted; not all of `size` bytes may be in `data`."""
+    """The last value that was written to an object and accepted; `data` may have less than `size` bytes."""
 
     data: HexBytes
     size: int
@@ -51,7 +51,7 @@ class Written(Struct, frozen=True, gc=False):
 
 
 class First(Struct, frozen=True, gc=False):
-    """What was read of an object before it was written."""
+    """The first value that was read of an object before it was written."""
 
     data: HexBytes
     size: int
@@ -61,7 +61,7 @@ class First(Struct, frozen=True, gc=False):
 
 
 class Held(Struct, frozen=True, gc=False):
-    """What an object holds where that is known."""
+    """The value of an object if it is known."""
 
     text: str | None
 

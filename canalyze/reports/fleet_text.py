@@ -5,10 +5,10 @@ Must not: count what the core counts, or judge.
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from canalyze.output import Output, dyed, printable
-from canalyze.records import Node
+from canalyze.records import Node, Problem
 from canalyze.records.summary import Bus, Capture, Raised
 from canalyze.records.summary import Record as Summarized
 from canalyze.reports import table, wording
@@ -17,7 +17,6 @@ from canalyze.reports.table import EMPTY, Column
 from canalyze.words import Words
 
 T = TypeVar("T")
-Record = Mapping[str, Any]
 
 
 def show(captures: Sequence[tuple[str, str | None, Sequence[Summarized]]], out: Output, words: Words) -> None:
@@ -50,19 +49,18 @@ def show(captures: Sequence[tuple[str, str | None, Sequence[Summarized]]], out: 
 
 def show_problems(captures: Sequence[Diagnosed], out: Output, words: Words) -> None:
     """Writes the kinds of problems by node, with the number of captures, the most open ones first."""
-    spread: dict[tuple[str, str], list[tuple[str, Record]]] = {}
+    spread: dict[tuple[str, str], list[tuple[str, Problem]]] = {}
     for row in captures:
         for one in row.roots:
-            if one["status"] != "harmless":
-                subject = one["subject"]
-                nodes = [subject["node"]] if subject.get("node") is not None else subject.get("nodes", [])
-                key = one["problem"], wording.ranges(nodes, ", ") or EMPTY
+            if one.status != "harmless":
+                concerned = one.nodes if one.node is None else (one.node,)
+                key = one.kind, wording.ranges(concerned, ", ") or EMPTY
                 spread.setdefault(key, []).append((row.names[0], one))
     if not spread:
         return
 
-    def figures(found: Sequence[tuple[str, Record]]) -> list[int]:
-        states = Counter(one["status"] for _, one in found)
+    def figures(found: Sequence[tuple[str, Problem]]) -> list[int]:
+        states = Counter(one.status for _, one in found)
         return [len({name for name, _ in found}), *(states[state] for state in ("open", "unknown", "ended"))]
 
     ordered = sorted(spread.items(), key=lambda item: (-figures(item[1])[1], -figures(item[1])[0], item[0]))
@@ -75,8 +73,8 @@ def show_problems(captures: Sequence[Diagnosed], out: Output, words: Words) -> N
     rank = ("open", "unknown", "ended")
     rows = []
     for (kind, nodes), found in ordered:
-        name, one = min(found, key=lambda entry: rank.index(entry[1]["status"]))
-        where = f"{wording.capture_name(name)} -n {one['id']}"
+        name, one = min(found, key=lambda entry: rank.index(entry[1].status))
+        where = f"{wording.capture_name(name)} -n {one.id}"
         rows.append([kind, nodes, *map(str, figures(found)), where])
     table.write(columns, rows, out)
     out.text("\n")

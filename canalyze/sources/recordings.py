@@ -21,7 +21,7 @@ class Span(NamedTuple):
     begin_ns: int | None
     """The first stamp; None without stamps, or if it could not be read."""
     end_ns: int | None
-    buses: frozenset[str]
+    buses: frozenset[str | None]
 
     def follows(self, before: "Span") -> bool:
         """Return true if it goes on where another one has ended. Only stamps of a calendar's clock can tell."""
