@@ -33,7 +33,7 @@ _OBJECT: Final = re.compile(r"[0-9A-F]{4}:[0-9A-F]{2}")
 
 
 class Kind(NamedTuple):
-    """What findings have in common that are counted together."""
+    """The properties by which findings are counted together."""
 
     code: str
     bus: str | None
@@ -43,7 +43,7 @@ class Kind(NamedTuple):
 
     @classmethod
     def of(cls, finding: Finding) -> "Kind":
-        """Give the kind of a finding."""
+        """Returns the kind of a finding."""
         place = None if finding.index is None else f"{finding.index}:{finding.sub or 0:02X}"
         return cls(finding.code, finding.bus, finding.node, place)
 
@@ -54,7 +54,7 @@ class Kind(NamedTuple):
 
 
 class ProblemKind(NamedTuple):
-    """What problems have in common that are counted together."""
+    """The properties by which problems are counted together."""
 
     kind: str
     """node-silent."""
@@ -66,7 +66,7 @@ class ProblemKind(NamedTuple):
 
     @classmethod
     def of(cls, problem: Problem) -> "ProblemKind":
-        """Give the kind of a problem."""
+        """Returns the kind of a problem."""
         parts = [f"node {problem.node}"] if problem.node else []
         if not parts and problem.nodes:
             parts = [" ".join(["nodes", *map(str, problem.nodes)])[:_SUBJECT]]
@@ -86,7 +86,7 @@ Baseline = Mapping[Kind | ProblemKind, int]
 
 
 def text(known: Baseline) -> str:
-    """Give the file."""
+    """Returns the content of the file."""
     lists = [f'"findings": {_list(known, Kind)}']
     if any(isinstance(kind, ProblemKind) for kind in known):
         lists.append(f'"problems": {_list(known, ProblemKind)}')
@@ -94,7 +94,7 @@ def text(known: Baseline) -> str:
 
 
 def _list(known: Baseline, form: type[Kind | ProblemKind]) -> str:
-    """Give the entries of one form."""
+    """Returns the entries of one form."""
     from canalyze.output import jsonl
 
     kinds = sorted((kind for kind in known if isinstance(kind, form)), key=lambda kind: kind.order)
@@ -112,7 +112,7 @@ def _decoder() -> "JSONDecoder":
 
 
 def read(name: str) -> dict[Kind | ProblemKind, int]:
-    """Read the file; ConfigError, with its line, for what cannot be."""
+    """Reads the file; ConfigError, with its line, for content that is not valid."""
     from json import JSONDecodeError
 
     try:
@@ -172,7 +172,7 @@ _FORMS: Final[Mapping[str, type[Kind | ProblemKind]]] = {
 
 
 def _wrong(entry: Any, form: type[Kind | ProblemKind]) -> str:
-    """Give the key of an entry that cannot be, "" if all is well."""
+    """Returns the key of an entry that is not valid, "" if all are."""
     if not isinstance(entry, dict):
         return "{}"
     keys = (*form._fields, "count")
@@ -188,7 +188,7 @@ def _shown(entry: Any, key: str) -> str:
 
 
 def _at(name: str, content: str, section: str, place: int) -> str:
-    """Give FILE:LINE of an entry of a list; FILE if its line cannot be told."""
+    """Returns FILE:LINE of an entry of a list; FILE if its line is not known."""
     begin = re.search(rf'"{section}"\s*:\s*\[', content)
     at = begin.end() if begin else len(content)
     for _ in range(place + 1):
@@ -201,7 +201,7 @@ def _at(name: str, content: str, section: str, place: int) -> str:
 
 
 def replaceable(name: str) -> bool:
-    """Tell whether a new baseline may take the place of a file: of one, whole or not, of an empty one, of none."""
+    """Returns true if a new baseline may replace the file: one that is a baseline, empty or missing."""
     try:
         content = bounded.content(Path(name)).decode("utf-8-sig", "replace").strip()
     except FileNotFoundError:
@@ -212,7 +212,7 @@ def replaceable(name: str) -> bool:
 
 
 def most(counts: Iterable[Mapping[Kind | ProblemKind, int]]) -> dict[Kind | ProblemKind, int]:
-    """Give of each kind the most in any one capture."""
+    """Returns the greatest count of each kind in any one capture."""
     known: dict[Kind | ProblemKind, int] = {}
     for one in counts:
         for kind, count in one.items():
@@ -221,5 +221,5 @@ def most(counts: Iterable[Mapping[Kind | ProblemKind, int]]) -> dict[Kind | Prob
 
 
 def exists(name: str) -> bool:
-    """Tell whether there is such a file."""
+    """Returns true if the file exists."""
     return Path(name).exists()

@@ -53,13 +53,13 @@ class Job(Struct):
     """That network, once it is known."""
 
     def know(self, words: Words | None) -> None:
-        """Read what is known of the network, and say in words what is odd about it."""
+        """Reads the descriptions of the network, and reports their defects."""
         from canalyze.configuration.descriptions import network as known
 
         self._network = [known(self.filed, known_of(self.given), words)]
 
     def settings_for(self, name: str) -> Mapping[str, Any]:
-        """Give what the core is told about this capture, with the expectations of it.
+        """Returns the settings of the core for this capture, with its expectations.
 
         It is asked in the process that examines the capture. A CanalyzeError is an error of this capture only.
         """
@@ -67,13 +67,13 @@ class Job(Struct):
         return self.settings if file is None else {**self.settings, "expectations": expectations.read(file)}
 
     def expectations_for(self, name: str) -> Path | None:
-        """Give the file of expectations that this capture is held against."""
+        """Returns the file of expectations for this capture."""
         if self.expect is not None:
             return Path(self.expect)
         return expectations.beside(name) if self.beside else None
 
     def open(self, name: str, form: str = "check") -> "Session":
-        """Start a session for this capture, of that form; ValueError for what the core cannot accept."""
+        """Starts a session of that form for this capture; ValueError for settings that the core refuses."""
         if not self._network:
             self.know(None)
         settings = {
@@ -97,7 +97,7 @@ class _Kinds:
         self.incidents: list[Problem] = []
 
     def take(self, result: bytes) -> None:
-        """Take JSON lines of the core."""
+        """Adds JSON lines of the core."""
         found: Iterator[Finding | Problem] = records(result, Finding, Problem)
         for finding in found:
             if isinstance(finding, Problem):
@@ -113,7 +113,7 @@ class _Kinds:
             self._found[kind] = (shown, count + (1 if repeated is None else int(repeated)))
 
     def counted(self) -> tuple[Counted, ...]:
-        """Give them in the order of the frames that they are about."""
+        """Returns them in the order of the frames that they are about."""
         found = [Counted(shown[0], tuple(shown), count) for shown, count in self._found.values() if shown]
         return tuple(sorted(found, key=lambda one: one.finding.about_frame or 0))
 
@@ -139,7 +139,7 @@ def read(
     form: str = "check",
     shown: str | None = None,
 ) -> Read:
-    """Read one capture through a session of that form; what is wrong with it is in the answer.
+    """Reads one capture through a session of that form; errors are in the result.
 
     take: gets each result of the session. shown: the capture's name.
     """
@@ -161,7 +161,7 @@ def read(
 
 
 def examine(name: str, job: Job, progress: Meter, shown: str | None = None) -> Examined:
-    """Read one capture to its end; what is wrong with it is in the answer. shown: its name."""
+    """Reads one capture to its end; errors are in the result. shown: its name."""
     began = monotonic()
     kinds = _Kinds()
     done = read(name, job, progress, lambda _, result: kinds.take(result), shown=shown)

@@ -1,4 +1,4 @@
-"""What of a capture's findings counts: the values behind [check] of canalyze.toml and behind the options of `check`.
+"""The findings of a capture that count: the values of [check] in canalyze.toml and of the options of `check`.
 
 Values and their rules only: nothing here opens a file, prints, or knows the core. Whether a code exists, whoever has
 the catalogue says.
@@ -37,12 +37,12 @@ RULINGS: Final[tuple[Ruling, ...]] = ("ignore", *SEVERITIES)
 
 
 def unknown(prefixes: Collection[str], catalogue: Sequence[str]) -> str | None:
-    """Give the first that is the beginning of no code of the catalogue."""
+    """Returns the first prefix that no code of the catalogue has."""
     return next((one for one in prefixes if not any(code.startswith(one) for code in catalogue)), None)
 
 
 def near(prefix: str, catalogue: Sequence[str]) -> list[str]:
-    """Give the codes, or the families of codes, that may have been meant."""
+    """Returns the codes, or the families of codes, that are similar."""
     from difflib import get_close_matches
 
     families = list(dict.fromkeys(code[:3] for code in catalogue))
@@ -52,7 +52,7 @@ def near(prefix: str, catalogue: Sequence[str]) -> list[str]:
 
 
 class Override(NamedTuple):
-    """What becomes of some findings, for a reason: [[check.override]]."""
+    """A change of the severity of some findings, with its reason: [[check.override]]."""
 
     codes: tuple[str, ...]
     severity: Ruling
@@ -67,7 +67,7 @@ class Override(NamedTuple):
     """FILE:LINE of its codes."""
 
     def covers(self, found: Counted, file: str, directory: str) -> bool:
-        """Tell whether it is about a finding of this file; globs are relative to the directory."""
+        """Returns true if it is about a finding of this file; globs are relative to the directory."""
         finding = found.finding
         return (
             any(finding.code.startswith(prefix) for prefix in self.codes)
@@ -97,7 +97,7 @@ class Policy(NamedTuple):
     """Which problems fail; None: they are not asked for."""
 
     def overruled(self, by: "Policy") -> "Policy":
-        """Give what holds of both: `by` puts the threshold, the selection and the baseline, and adds to `ignore`."""
+        """Returns both combined: `by` replaces the threshold, the selection and the baseline, and adds to `ignore`."""
         return self._replace(
             fail_on=by.fail_on or self.fail_on,
             select=by.select or self.select,
@@ -107,19 +107,19 @@ class Policy(NamedTuple):
         )
 
     def fails(self, severity: Severity) -> bool:
-        """Tell whether findings of this severity fail the check."""
+        """Returns true if findings of this severity fail the check."""
         threshold = self.fail_on or "warning"
         return threshold != "never" and SEVERITIES.index(severity) >= SEVERITIES.index(threshold)
 
     def takes(self, code: str) -> bool:
-        """Tell whether findings of this rule are judged: of several prefixes the longest one counts, then `ignore`."""
+        """Returns true if findings of this rule are judged: the longest prefix counts, then `ignore`."""
         ignored = max((len(one) for one in self.ignore if code.startswith(one)), default=-1)
         selected = max((len(one) for one in self.select if code.startswith(one)), default=-1 if self.select else 0)
         return selected > ignored
 
 
 def judge(examined: Examined, policy: Policy, known: Baseline) -> Verdict:
-    """Say which findings of a capture fail the check: at or above the threshold, and more than the baseline allows."""
+    """Judges a capture: findings at or above the threshold fail, if there are more than the baseline allows."""
     ruled, away, reasons = _ruled(policy, examined.found, examined.file)
     judged = [one for one in ruled if one.finding.because_of is None]
     counts = counted(one for one in judged if policy.fails(one.finding.severity))
@@ -158,17 +158,17 @@ def judge(examined: Examined, policy: Policy, known: Baseline) -> Verdict:
 
 
 def failing(policy: Policy, incidents: Iterable[Problem]) -> list[Problem]:
-    """Give the problems that fail a check without a baseline: those that nothing else has caused, by their status."""
+    """Returns the problems that fail a check without a baseline: roots, by their status."""
     return [one for one in incidents if one.is_root and one.status in _FAILING[policy.incidents or "never"]]
 
 
 def problems(incidents: Iterable[Problem]) -> Counter[Kind | ProblemKind]:
-    """Count what a baseline counts as one kind of problem."""
+    """Counts the problems by kind, as a baseline has them."""
     return Counter(ProblemKind.of(one) for one in incidents)
 
 
 def _linked(causes: Sequence[Counted], consequences: Sequence[Counted]) -> tuple[list[Counted], list[Counted]]:
-    """Give the causes with their consequences, and the consequences that none of them explains.
+    """Returns the causes with their consequences, and the consequences that none of them explains.
 
     The first cause that stands at the frame, or is about it, explains a consequence.
     """
@@ -187,7 +187,7 @@ def _linked(causes: Sequence[Counted], consequences: Sequence[Counted]) -> tuple
 
 
 def counted(found: Iterable[Counted]) -> Counter[Kind | ProblemKind]:
-    """Count what a baseline counts as one kind: expectations move about in their file, so they are not told apart.
+    """Counts the findings by kind, as a baseline has them: expectations move in their file, so all of them are one.
 
     Consequences are in no baseline, since they cannot fail.
     """
@@ -199,7 +199,7 @@ def counted(found: Iterable[Counted]) -> Counter[Kind | ProblemKind]:
 
 
 def _ruled(policy: Policy, found: Sequence[Counted], file: str) -> tuple[list[Counted], int, Counter[str]]:
-    """Give what is judged, with its severity; how many were taken away; and how many overrides changed, by reason.
+    """Returns the findings to be judged, the number of those taken away, and the number of changed ones by reason.
 
     Of several overrides that are about a finding the last one counts.
     """
@@ -227,7 +227,7 @@ def _ruled(policy: Policy, found: Sequence[Counted], file: str) -> tuple[list[Co
 
 @cache
 def named(file: str, glob: str, directory: str) -> bool:
-    """Tell whether a glob names a file: as it was given, from the directory, or by its last part."""
+    """Returns true if a glob matches a file: as it was given, from the directory, or by its last part."""
     names = [file, PurePath(file).as_posix(), _from(file, directory)]
     if "/" not in glob:
         names.append(PurePath(file).name)

@@ -1,4 +1,4 @@
-"""What `check` found in one capture, before and after it is judged: the one form that all reports are written from.
+"""The results of `check` for one capture, before and after it is judged: all reports are written from them.
 
 Nothing here reads, judges or prints.
 """
@@ -29,7 +29,7 @@ class Counted(Struct, frozen=True):
 
 
 class Examined(NamedTuple):
-    """What one capture has shown, before anything is judged."""
+    """The findings of one capture, before anything is judged."""
 
     file: str
     found: tuple[Counted, ...] = ()
@@ -89,25 +89,25 @@ class Verdict(Struct, frozen=True):
 
     @property
     def every_consequence(self) -> tuple[Counted, ...]:
-        """Give all consequences, whatever explains them."""
+        """All consequences, whatever explains them."""
         return (*(c for one in (*self.failures, *self.others) for c in one.consequences), *self.consequences)
 
     @property
     def stories(self) -> tuple[Problem, ...]:
-        """Give the incidents that nothing else has caused and that are more than harmless."""
+        """The problems that nothing else has caused and that are more than harmless."""
         return tuple(one for one in self.incidents if one.is_root and one.status != "harmless")
 
     @property
     def excused(self) -> frozenset[int]:
-        """Give the numbers of the problems that do not fail because the baseline allows as many of their kind."""
+        """The numbers of the problems that do not fail because the baseline allows as many of their kind."""
         return frozenset(self.known_problems) - frozenset(self.problems)
 
     @property
     def failed(self) -> bool:
-        """Tell whether there is anything that fails the check; a capture that cannot be read is another matter."""
+        """True if anything fails the check; a capture that cannot be read is another matter."""
         return bool(self.failures or self.problems)
 
     @property
     def judged(self) -> bool:
-        """Tell whether that nothing fails says anything: traffic that nothing shows to be CANopen was not checked."""
+        """True if the capture was checked at all: traffic that nothing shows to be CANopen is not."""
         return self.failed or self.nature == "canopen" or self.expectations is not None

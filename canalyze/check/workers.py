@@ -24,7 +24,7 @@ _EVERY: Final = 0.2
 
 
 def examine_all(names: Sequence[str], job: Job, progress: Meter) -> tuple[list[Examined | None], int]:
-    """Examine captures; give what came of each, in their order, and the signal that ended the work, 0 for none.
+    """Examines captures; returns the results in their order, and the signal that ended the work, 0 for none.
 
     None: the end was wished before it was done.
     """
@@ -78,7 +78,7 @@ def _dead(name: str, by: object, job: Job) -> Examined:
 
 
 class _Examination:
-    """What a process does with a capture, by its place."""
+    """The work of a process on a capture, by its place."""
 
     def __init__(self, names: Sequence[str], job: Job) -> None:
         self._names = names
@@ -92,13 +92,13 @@ class Far:
     """Progress of a process, told to the one that started it."""
 
     def __init__(self, tell: "Tell") -> None:
-        """Tell so much now and then."""
+        """Reports by this function, from time to time."""
         self._tell = tell
         self._size = 0
         self._next = monotonic() + _EVERY
 
     def step(self, size: int, frames: int) -> None:
-        """Count `size` bytes more."""
+        """Adds `size` bytes."""
         self._size += size
         if monotonic() >= self._next:
             self._tell((self._size, frames))
@@ -106,4 +106,4 @@ class Far:
             self._next = monotonic() + _EVERY
 
     def clear(self) -> None:
-        """Nothing is shown here."""
+        """Does nothing: progress is shown elsewhere."""

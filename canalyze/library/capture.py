@@ -58,7 +58,7 @@ class Capture:
     """
 
     def __init__(self, plan: Plan, inputs: tuple[Input, ...]) -> None:
-        """Take how it is read, and what; nothing is read yet."""
+        """Creates a capture that is read by a plan; nothing is read yet."""
         self._plan = plan
         self._inputs = inputs
         self._complaints: tuple[str, ...] | None = None
@@ -86,26 +86,26 @@ class Capture:
         return f"<Capture {self.name}>"
 
     def _repr_html_(self) -> str:
-        """Give what a notebook shows: its name, and how much of what was read is in it."""
+        """Returns its name, and the number of rows that were read, for a notebook."""
         read = {**self._lists, "signals": self._signals, "problems": self._problems, "events": self._events}
         rows = [(name.removeprefix("summary_"), len(rows)) for name, rows in read.items() if rows is not None]
         return html_table(("read", "rows"), rows, self.name)
 
     def __enter__(self) -> Self:
-        """Give the capture itself."""
+        """Returns the capture itself."""
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Close it."""
+        """Closes it."""
         self.close()
 
     def close(self) -> None:
-        """End what is being iterated over, so that no file stays open; lists that were read stay."""
+        """Ends all iterations, so that no file stays open; lists that were read stay."""
         for one in list(self._running):
             one.close()
 
     def __iter__(self) -> Iterator[Event]:
-        """Give frames, notes, findings and transfers in order, from the file unless `events` were read.
+        """Yields frames, notes, findings and transfers in order, from the file unless `events` were read.
 
         SourceError where a file cannot be read, or no further, or holds no frame.
         """
@@ -142,7 +142,7 @@ class Capture:
 
     @property
     def problems(self) -> Problems:
-        """What went wrong, whether it still is, and why: `capture.problems.roots`, `.open`, `.of(node=5)`."""
+        """The problems with their status and causes: `capture.problems.roots`, `.open`, `.of(node=5)`."""
         if self._problems is None:
             found, whole = self.diagnosed
             self._problems = Problems(found, whole.order)
@@ -159,7 +159,7 @@ class Capture:
     incidents = renamed("incidents", "problems")
 
     def diagnosis(self, problems: Iterable[Problem] | None = None) -> list[str]:
-        """Give the lines of `canalyze diagnose` about some of `problems`: what each is, what followed, what to check.
+        """Returns the lines of `canalyze diagnose` about some of `problems`, with their consequences and checks.
 
         None: the open roots, the most important first.
         """
@@ -187,17 +187,17 @@ class Capture:
 
     @property
     def complaints(self) -> tuple[str, ...]:
-        """What is to be told of the files, in words: damage, lines that cannot be read, repaired descriptions."""
+        """Remarks on the files, in words: damage, lines that cannot be read, repaired descriptions."""
         if self._complaints is None:
             self._read_records()
         return self._plan.said + (self._complaints or ())
 
     def lines(self, first: int, last: int | None = None) -> list[Line]:
-        """Give the annotated lines of the frames from `first` to `last`, both included: what `decode` writes."""
+        """Returns the annotated lines of the frames from `first` to `last`, both included, as `decode` writes them."""
         return self.annotated([(first, first if last is None else last)])
 
     def annotated(self, ranges: Iterable[tuple[int, int]]) -> list[Line]:
-        """Give the annotated lines of several ranges of frames, in order of frames, in one pass."""
+        """Returns the annotated lines of several ranges of frames, in order of frames, in one pass."""
         ranges = list(ranges)
         if not all(type(number) is int for pair in ranges for number in pair):
             raise TypeError(f"ranges={ranges!r}: pairs of frame numbers are needed")
@@ -215,7 +215,7 @@ class Capture:
         return found
 
     def tables(self, *names: str, select: str | None = None) -> dict[str, Table]:
-        """Give tables of columns, all in one pass: `capture.tables("transfers")["transfers"].to_polars()`.
+        """Returns tables of columns, all in one pass: `capture.tables("transfers")["transfers"].to_polars()`.
 
         Arrow's readers take one as it is: `pyarrow.table(table)`.
         names: frames, transfers, states, emcy, findings, sync_cycles, signals, pdo (one table for each PDO and mapping,
@@ -243,7 +243,7 @@ class Capture:
         return {asked.get(name, name): Table(Core(parts)) for name, parts in batches.items()}
 
     def check(self, expect: "StrPath | None" = None, *, at_least: Severity = "warning") -> Findings:
-        """Give what `canalyze check` finds, as severe as that or worse; of expectations too, where they are given.
+        """Returns the findings of `canalyze check`, as severe as that or worse; of expectations too, if they are given.
 
         expect: a file of expectations (boot.expect.toml), relative to the folder of `open`; none is looked for.
         ConfigError for a mistake in it. Each call reads the capture.
@@ -260,7 +260,7 @@ class Capture:
         return Findings(found).at_least(at_least)
 
     def html(self, *, frames: Literal["near", "all"] = "all") -> str:
-        """Return the page that `canalyze diagnose --html` writes, with the capture and its descriptions inside.
+        """Returns the page that `canalyze diagnose --html` writes, with the capture and its descriptions inside.
 
         frames: without effect, the page has all. OutputError where this installation has no page, SourceError where a
         file cannot be read or holds no frame.
@@ -272,7 +272,7 @@ class Capture:
         return html.page(plan.words.lang, plan.page_options, [self._opened()], merge=plan.merge).decode("utf-8")
 
     def snapshot(self) -> str:
-        """Give what the capture shows as text that two recordings of the same session share: no times, no bus loads."""
+        """Returns a text that two recordings of the same session share: it has no times and no bus loads."""
         from canalyze.reports.snapshot import snapshot
 
         return snapshot(self)
@@ -288,7 +288,7 @@ class Capture:
         return self._plan.folder
 
     def through(self, form: str, take: Callable[[bytes], object] | None = None, **more: Any) -> "tuple[Session, bytes]":
-        """Read all of it through a session of a format of the core; give both. take: gets the result piece by piece."""
+        """Reads all of it in a format of the core; returns session and result. take: gets the result piece by piece."""
         session = self._plan.session(form, **more)
         out = bytearray()
         with closing(self._results(session)) as results:
@@ -297,7 +297,7 @@ class Capture:
         return session, bytes(out)
 
     def gave(self, row: object) -> bool:
-        """Tell whether this finding, transfer, signal or problem is one of its lists that were read."""
+        """Returns true if this finding, transfer, signal or problem is in one of the lists that were read."""
         read = (self._signals, self._events, self._problems)
         lists = [*(self._records or {}).values(), self._checked, *(rows for rows in read if rows is not None)]
         return any(row is one for rows in lists for one in rows)
@@ -330,14 +330,14 @@ class Capture:
                 yield from records(result, *kinds)
 
     def _opened(self) -> Iterator[Counted]:
-        """Open the inputs one after the other, each until the next is wanted."""
+        """Opens the inputs one after the other, each until the next is wanted."""
         plan = self._plan
         for one in self._inputs:
             with one.open() as opened:
                 yield Counted(opened, plan.session("info"), plan.words, given_format=plan.input_format is not None)
 
     def _results(self, session: "Session") -> Generator[bytes, None, None]:
-        """Read all inputs through a session; when it comes to its end the complaints are known."""
+        """Reads all inputs through a session; at its end the complaints are known."""
         plan = self._plan
         reader = Silent()
         reading = Reading(

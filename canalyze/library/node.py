@@ -43,18 +43,18 @@ class Nodes(Tabular):
     """The nodes of a capture by bus and node-ID: `nodes[5]`, or `nodes["can1", 5]` where several buses have it."""
 
     def __init__(self, nodes: Iterable[Node], dictionary: "Dictionaries | None" = None) -> None:
-        """Take them in the order of buses and node-IDs. dictionary: gives the description of a node."""
+        """Creates a list, in the order of buses and node-IDs. dictionary: returns the description of a node."""
         self._nodes = tuple(replace(one, _dictionary=dictionary) if dictionary else one for one in nodes)
 
     def arrow(self) -> "pyarrow.Table":
-        """Give it as a `pyarrow.Table`; `canalyze.columns` lists the columns. CanalyzeError without pyarrow."""
+        """Returns it as a `pyarrow.Table`; `canalyze.columns` lists the columns. CanalyzeError without pyarrow."""
         return _Listed(self._nodes).arrow()
 
     def _shown(self) -> tuple[Sequence[str], Iterable[Sequence[object]], int, str]:
         return _Listed(self._nodes)._shown()
 
     def __getitem__(self, key: int | tuple[str, int]) -> Node:
-        """Give the node; KeyError, with the nodes there are, if it is not in the capture or on several buses."""
+        """Returns the node; KeyError, with the nodes of the capture, if it is not there or on several buses."""
         bus, number = key if isinstance(key, tuple) else (None, key)
         found = [one for one in self._nodes if one.node == number and bus in (None, one.bus)]
         if len(found) == 1:

@@ -63,7 +63,7 @@ class Series(_Values):
         return [row.t_s for row in self._rows]
 
     def plot(self, axes: "Axes | None" = None, **options: Any) -> "Axes":
-        """Draw the values as steps over their times with matplotlib; return the axes (extra `plot`).
+        """Draws the values as steps over their times with matplotlib; returns the axes (extra `plot`).
 
         axes: where it is drawn; a new figure otherwise. options: those of `Axes.step`, such as `color`. Times that are
         dates are in UTC; without stamps the numbers of the frames take their place. ValueError where no value is a
@@ -124,7 +124,7 @@ class Signals(_Values):
     """Every value of every signal, in the order of frames; `signals["5.TPDO4.velocity actual value"]` is a series."""
 
     def __init__(self, rows: Iterable[Signal]) -> None:
-        """Take the rows, in the order of frames."""
+        """Creates a list of the rows, in the order of frames."""
         super().__init__(rows)
         self._grouped: dict[tuple[str | None, int, str, str, int, str], list[Signal]] | None = None
 
@@ -157,7 +157,7 @@ class Signals(_Values):
     @overload
     def __getitem__(self, place: str) -> Series: ...
     def __getitem__(self, place: int | slice | str) -> "Signal | Signals | Series":
-        """Give one value, some, or the series of a signal.
+        """Returns one value, some, or the series of a signal.
 
         A signal is named as for --select: by its name or its object (6041:00), alone, behind the node (`5.`) or behind
         node and PDO (`5.TPDO4.`), with the bus before it where needed (`can1:`); case does not matter. KeyError if no
