@@ -75,7 +75,7 @@ class Line(Struct, frozen=True, gc=False):
     """The line as `decode` writes it, in the language of the run, without line end."""
 
 
-class Finding(Timed, Struct, frozen=True, gc=False, tag_field="kind", tag="finding"):
+class Finding(Timed, Struct, frozen=True, gc=False, kw_only=True, tag_field="kind", tag="finding"):
     """Something that an engineer should know, at a frame."""
 
     code: str
@@ -96,6 +96,10 @@ class Finding(Timed, Struct, frozen=True, gc=False, tag_field="kind", tag="findi
     """The earlier frame that it is about, if another."""
     cause_line: int | None
     """The line of that frame."""
+    about: int | None = field(name="about_frame", default=None)
+    """The frame that it is about, as the rule says; None: `cause_frame`, or else `frame`."""
+    because_of: int | None = None
+    """The frame of the event or finding that explains it: it is a consequence of that, and its severity is info."""
     bus: str | None
     """The bus, where the capture names it."""
     node: int | None
@@ -110,10 +114,6 @@ class Finding(Timed, Struct, frozen=True, gc=False, tag_field="kind", tag="findi
     """What was measured, by the names of the rule."""
     lines: tuple[Line, ...] = ()
     """The annotated lines of its context, oldest first, its own frame's among them; none where nobody asked."""
-    because_of: int | None = None
-    """The frame of the event or finding that explains it: it is a consequence of that, and its severity is info."""
-    about: int | None = field(name="about_frame", default=None)
-    """The frame that it is about, as the rule says; None: `cause_frame`, or else `frame`."""
 
     @property
     def about_frame(self) -> int | None:
