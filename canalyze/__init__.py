@@ -8,15 +8,13 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from canalyze._core import Batch
     from canalyze.errors import CanalyzeError, ConfigError, CoreError, OutputError, ReaderGone, SourceError
-    from canalyze.finding import Finding, Line
     from canalyze.library import Options, open
     from canalyze.library.capture import Capture
     from canalyze.library.columns import Column, Table, column_tables, columns
-    from canalyze.library.event import Abort, Event, Frame, Hole, Note, Transfer
-    from canalyze.library.node import Aborts, Emcy, Node, Nodes, Spread, StateChange
+    from canalyze.library.node import Nodes
     from canalyze.library.problem import Problems
     from canalyze.library.rows import Events, Findings, Frames, Transfers
-    from canalyze.library.series import Series, Signal, Signals
+    from canalyze.library.series import Series, Signals
     from canalyze.library.stream import Bus, Listener, live
     from canalyze.library.whole import (
         Diagnosis,
@@ -31,149 +29,56 @@ if TYPE_CHECKING:
         rules,
         summary,
     )
-    from canalyze.problem import Cause, Moment, Problem, ProblemChange, Step
+    from canalyze.records import (
+        Abort,
+        Aborts,
+        Cause,
+        Emcy,
+        Event,
+        Finding,
+        Frame,
+        Hole,
+        Line,
+        Moment,
+        Node,
+        Note,
+        Problem,
+        ProblemChange,
+        Signal,
+        Spread,
+        StateChange,
+        Step,
+        Transfer,
+    )
     from canalyze.values import ObjectRef
 
 __version__ = "0.1.0"
 _FROM = {
-    "_core": ("Batch",),
-    "errors": (
-        "CanalyzeError",
-        "ConfigError",
-        "CoreError",
-        "OutputError",
-        "ReaderGone",
-        "SourceError",
+    "_core": "Batch",
+    "errors": "CanalyzeError ConfigError CoreError OutputError ReaderGone SourceError",
+    "library": "Options open",
+    "library.capture": "Capture",
+    "library.columns": "Column Table column_tables columns",
+    "records": (
+        "Abort Aborts Cause Emcy Event Finding Frame Hole Line Moment Node Note Problem ProblemChange Signal "
+        "Spread StateChange Step Transfer"
     ),
-    "finding": (
-        "Finding",
-        "Line",
-    ),
-    "problem": (
-        "Cause",
-        "Problem",
-        "ProblemChange",
-        "Moment",
-        "Step",
-    ),
-    "library": (
-        "Options",
-        "open",
-    ),
-    "library.capture": ("Capture",),
-    "library.columns": (
-        "Column",
-        "Table",
-        "column_tables",
-        "columns",
-    ),
-    "library.event": (
-        "Abort",
-        "Event",
-        "Frame",
-        "Hole",
-        "Note",
-        "Transfer",
-    ),
-    "library.problem": ("Problems",),
-    "library.node": (
-        "Aborts",
-        "Emcy",
-        "Node",
-        "Nodes",
-        "Spread",
-        "StateChange",
-    ),
-    "library.rows": (
-        "Events",
-        "Findings",
-        "Frames",
-        "Transfers",
-    ),
-    "library.series": (
-        "Series",
-        "Signal",
-        "Signals",
-    ),
-    "library.stream": (
-        "Bus",
-        "Listener",
-        "live",
-    ),
-    "library.whole": (
-        "Diagnosis",
-        "Diff",
-        "Inventory",
-        "Summary",
-        "convert",
-        "diagnose",
-        "diff",
-        "explain",
-        "od",
-        "rules",
-        "summary",
-    ),
-    "values": ("ObjectRef",),
+    "library.problem": "Problems",
+    "library.node": "Nodes",
+    "library.rows": "Events Findings Frames Transfers",
+    "library.series": "Series Signals",
+    "library.stream": "Bus Listener live",
+    "library.whole": "Diagnosis Diff Inventory Summary convert diagnose diff explain od rules summary",
+    "values": "ObjectRef",
 }
-__all__ = [
-    "Abort",
-    "Aborts",
-    "Batch",
-    "Bus",
-    "CanalyzeError",
-    "Capture",
-    "Cause",
-    "Column",
-    "ConfigError",
-    "CoreError",
-    "Diagnosis",
-    "Diff",
-    "Emcy",
-    "Event",
-    "Events",
-    "Finding",
-    "Findings",
-    "Frame",
-    "Frames",
-    "Hole",
-    "Inventory",
-    "Line",
-    "Listener",
-    "Moment",
-    "Node",
-    "Nodes",
-    "Note",
-    "ObjectRef",
-    "Options",
-    "OutputError",
-    "Problem",
-    "ProblemChange",
-    "Problems",
-    "ReaderGone",
-    "Series",
-    "Signal",
-    "Signals",
-    "SourceError",
-    "Spread",
-    "StateChange",
-    "Step",
-    "Summary",
-    "Table",
-    "Transfer",
-    "Transfers",
-    "__version__",
-    "column_tables",
-    "columns",
-    "convert",
-    "diagnose",
-    "diff",
-    "explain",
-    "live",
-    "od",
-    "open",
-    "rules",
-    "summary",
-]
+"""The public names of each module."""
+__all__ = ["Abort", "Aborts", "Batch", "Bus", "CanalyzeError", "Capture", "Cause", "Column", "ConfigError"]
+__all__ += ["CoreError", "Diagnosis", "Diff", "Emcy", "Event", "Events", "Finding", "Findings", "Frame", "Frames"]
+__all__ += ["Hole", "Inventory", "Line", "Listener", "Moment", "Node", "Nodes", "Note", "ObjectRef", "Options"]
+__all__ += ["OutputError", "Problem", "ProblemChange", "Problems", "ReaderGone", "Series", "Signal", "Signals"]
+__all__ += ["SourceError", "Spread", "StateChange", "Step", "Summary", "Table", "Transfer", "Transfers"]
+__all__ += ["__version__", "column_tables", "columns", "convert", "diagnose", "diff", "explain", "live", "od", "open"]
+__all__ += ["rules", "summary"]
 
 
 _FORMER = {"Incident": "Problem", "IncidentChange": "ProblemChange", "Incidents": "Problems"}
@@ -186,7 +91,7 @@ def __getattr__(name: str) -> object:
 
         warnings.warn(f"canalyze.{name} is called {_FORMER[name]} now", DeprecationWarning, stacklevel=2)
         name = _FORMER[name]
-    module = next((module for module, names in _FROM.items() if name in names), None)
+    module = next((module for module, names in _FROM.items() if name in names.split()), None)
     if module is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     import importlib

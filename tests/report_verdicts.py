@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
+from msgspec.structs import replace
+
 from canalyze.check.verdict import Counted, Verdict
-from canalyze.finding import SEVERITIES, Finding, Line
+from canalyze.records import SEVERITIES, Finding, Line
 
 FINDING = Finding(
     code="SDO001",

@@ -234,7 +234,7 @@ def test_without_cantools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setitem(sys.modules, "cantools", None)
     monkeypatch.setitem(sys.modules, "cantools.database.can", None)
     with pytest.raises(CanalyzeError, match=r"pip install 'canalyze\[dbc\]'"):
-        made([], lambda *_: None)
+        made(b"", lambda *_: None)
 
 
 def test_the_listing_alone_does_not_need_cantools() -> None:

@@ -4,24 +4,14 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
-from captures import SAMPLES
 from conftest import Runner
 from test_diagnosis import lost
 
 import canalyze
 from canalyze import _core
-from canalyze.check import policy
 from canalyze.check.baseline import ProblemKind, read
-from canalyze.check.examination import Job, examine
-from canalyze.check.policy import Policy
-from canalyze.check.workers import Far
-from canalyze.configuration.network import Known
-from canalyze.fleet.manifest import Manifest, restored, stored
-from canalyze.fleet.task import problems_of
-from canalyze.problem import current
 
 
 @pytest.fixture
@@ -91,30 +81,3 @@ def test_keys_of_json_lines(canalyze: Runner, tmp_path: Path) -> None:
         assert problems and all(row["incident"] == row["problem"] == "node-silent" for row in problems)
     *_, closing = map(json.loads, canalyze("diff", "--format", "jsonl", "lost.log", "well.log").lines)
     assert closing["incidents"] == closing["problems"] > 0
-
-
-def former(row: dict[str, Any]) -> dict[str, Any]:
-    """A record as former releases wrote it."""
-    status = {"open": "stands", "ended": "over"}.get(row["status"], row["status"])
-    kind = "incident" if row["kind"] == "problem" else row["kind"]
-    return {key: value for key, value in row.items() if key != "problem"} | {"kind": kind, "status": status}
-
-
-def test_problems_that_a_fleet_has_stored(canalyze: Runner) -> None:
-    (row,) = map(json.loads, canalyze("diagnose", "--format", "jsonl", str(SAMPLES / "rules/HBT002.log")).lines)
-    assert current(row) == row and current(former(row)) == row
-    row["root"] = True
-    kept = {"nature": "canopen", "order": [1], "problems": [former(row)]}
-    found = problems_of(Manifest("a.log", "1", "", "", "", "", None, None, 1, 9, 1, 0.0, kept))
-    assert found is not None and list(found.roots) == [row]
-
-
-def test_verdicts_that_a_fleet_has_stored() -> None:
-    job = Job("en", {}, Known(), {"stamps": "auto"}, incidents=True)
-    examined = examine(str(SAMPLES / "rules/HBT002.log"), job, Far(lambda word: None))
-    judged = policy.judge(examined, Policy(incidents="open"), {})
-    row = json.loads(json.dumps(stored(judged)))
-    statuses = [one["status"] for one in row["incidents"]]
-    row["incidents"] = [former(one) for one in row["incidents"]]
-    assert {one["status"] for one in row["incidents"]} <= {"stands", "over", "harmless"}
-    assert [one.status for one in restored(row).incidents] == statuses != []

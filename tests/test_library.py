@@ -10,11 +10,11 @@ import sys
 import threading
 import warnings
 from collections.abc import Callable
-from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
 from captures import SAMPLES, run_canalyze
+from msgspec.structs import fields, replace
 
 import canalyze
 from canalyze.library import Options

@@ -6,19 +6,22 @@ import subprocess
 import sys
 import threading
 from collections.abc import AsyncIterator, Callable, Iterable, Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import can
+import canopen
 import mcap.reader
 import pytest
 from captures import SAMPLES
+from msgspec.structs import replace
 
 import canalyze
+from canalyze.records import ProblemTexts
 
 NETWORK = SAMPLES / "network/sync-and-pdos.log"
 OTHERS = [NETWORK, SAMPLES / "sdo-abort.log", SAMPLES / "services.log"]
+DRIVE = SAMPLES.parent / "eds/drive.eds"
 STORIES = [*sorted((SAMPLES / "stories").glob("*.log"))[::4], *OTHERS]
 LIBRARY: Any = canalyze
 """Without types: what a program that has none may do."""
@@ -60,7 +63,10 @@ def same_root(one: canalyze.Problem) -> tuple[str, Any, Any]:
 
 def unnumbered(incidents: Iterable[canalyze.Problem]) -> list[Any]:
     """Give them in one order and without numbers: a listener has those of the order in which they were reported."""
-    alike = [replace(one, id=0, effects=(), cause=one.cause and replace(one.cause, id=0)) for one in incidents]
+    alike = [
+        replace(one, id=0, effects=(), cause=one.cause and replace(one.cause, id=0), texts=ProblemTexts())
+        for one in incidents
+    ]
     return sorted(alike, key=lambda one: (one.begin.frame, one.kind, one.nodes))
 
 
@@ -187,6 +193,25 @@ def test_a_notifier_calls_it(bus: tuple[can.BusABC, can.BusABC]) -> None:
     assert [int.from_bytes(one.data, "little") for one in frames] == list(range(100))
     assert {one.file for one in frames} == {"test"}
     assert threading.current_thread().name not in {name for name in threads if "Notifier" in name or "can" in name}
+
+
+def test_beside_the_network_of_python_canopen(request: pytest.FixtureRequest) -> None:
+    """What its client reads and writes is in the transfers, by its own description."""
+    with canopen.Network() as network, canopen.Network() as machine:
+        network.connect(interface="virtual", channel=request.node.name, receive_own_messages=True)
+        machine.connect(interface="virtual", channel=request.node.name)
+        machine.create_node(5, str(DRIVE)).nmt.state = "PRE-OPERATIONAL"
+        node = network.add_node(5, str(DRIVE))
+        with canalyze.Listener(eds={5: node.object_dictionary}) as listener:
+            network.notifier.add_listener(listener)
+            node.sdo[0x1017].raw = 500
+            vendor = node.sdo[0x1018][1].raw
+            transfers = (event for event in listener if isinstance(event, canalyze.Transfer))
+            written, read = next(transfers), next(transfers)
+            assert network.notifier is not None
+            network.notifier.remove_listener(listener)
+    assert (written.node, written.object, written.value, written.status) == (5, "1017h:00", 500, "ok")
+    assert (read.name, read.value, read.status) == ("vendor-ID", vendor, "ok")
 
 
 def test_iterating_ends_when_the_notifier_stops(bus: tuple[can.BusABC, can.BusABC]) -> None:

@@ -17,7 +17,7 @@ from conftest import Runner
 from test_cli_terminal import on_terminal
 
 from canalyze import _core
-from canalyze.finding import SEVERITIES, Severity
+from canalyze.records import SEVERITIES, Severity
 
 PROBLEMS = str(SAMPLES / "problems.log")
 ESCAPES = re.compile(r"\x1b\[[0-9;]*m")

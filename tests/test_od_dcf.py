@@ -24,6 +24,8 @@ from canalyze.dictionary import contents, read
 from canalyze.dictionary.files import configured, skeleton
 from canalyze.dictionary.model import Dictionary
 from canalyze.dictionary.values import REAL, decoded
+from canalyze.records import records
+from canalyze.records.inventory import Head, Object
 
 SESSIONS = [*sorted((SAMPLES / "network").glob("*.log")), *sorted((SAMPLES / "stacks").glob("*.log"))]
 WIDTHS = {kind: width for kind, (_, width) in DATA_TYPES.items() if width}
@@ -170,18 +172,16 @@ def test_a_skeleton_has_what_was_seen_and_no_defect(folder: str) -> None:
     nodes = 0
     for log in sorted((SAMPLES / folder).glob("*.log")):
         output = session_output([log.read_bytes()], name=log.name, output_format="objects", lang="en")
-        lines = [json.loads(line) for line in output.splitlines()]
-        for node in (one for one in lines if one["kind"] == "od_node"):
-            where = (node["bus"], node["node"])
-            objects = [one for one in lines if one["kind"] == "od_object" and (one["bus"], one["node"]) == where]
+        for node in records(output, Head):
+            objects = [one for one in records(output, Object) if (one.bus, one.node) == (node.bus, node.node)]
             found = read(skeleton(node, objects).encode(), "seen.eds")
             assert found.defects == (), log
             there = {(entry.index, entry.sub): entry for thing in found.objects for entry in thing.entries}
             for one in objects:
-                address = (int(one["index"], 16), one["sub"])
-                assert one["exists"] is not True or address in there
-                if one["exists"] and one["access"] in ("rw", "ro", "wo"):
-                    assert there[address].access == one["access"]
+                address = one.address
+                assert one.exists is not True or address in there
+                if one.exists and one.access in ("rw", "ro", "wo"):
+                    assert there[address].access == one.access
             nodes += 1
     assert nodes > 3
 

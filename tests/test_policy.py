@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
+from report_verdicts import FINDING
 
 from canalyze import _core
 from canalyze.check import baseline, policy
@@ -15,7 +16,7 @@ from canalyze.check.policy import Override, Policy, judge, named
 from canalyze.check.verdict import Counted, Examined
 from canalyze.configuration.config import read
 from canalyze.errors import ConfigError
-from canalyze.finding import Finding, Severity
+from canalyze.records import Severity
 
 
 def counted(
@@ -28,8 +29,8 @@ def counted(
     index: str | None = "1017",
 ) -> Counted:
     """Give findings of one kind."""
-    sub = None if index is None else 0
-    finding = Finding(code, "name", severity, "a.log", 3, 3, "1.0", None, None, bus, node, index, sub, "message")
+    about = {"bus": bus, "node": node, "index": index, "sub": None if index is None else 0}
+    finding = replace(FINDING, code=code, severity=severity, file="a.log", frame=3, cause_frame=None, **about)
     return Counted(finding, (finding,), count)
 
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import json
 import xml.etree.ElementTree as ET
-from dataclasses import replace
 
+from msgspec.structs import replace
 from report_verdicts import FINDING, one
 
 from canalyze import _core

@@ -7,10 +7,11 @@ line, after blanks; the older `##[name key=value]data` anywhere in a line; four 
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 from report_verdicts import BINARY, BLOCKS, FINDING, hostile, many, one
 
 from canalyze.check.verdict import Verdict

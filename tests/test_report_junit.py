@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections import Counter
-from dataclasses import replace
 from typing import Any
 
 import pytest
 from junitparser import Error, Failure, Skipped
 from junitparser.xunit2 import JUnitXml
+from msgspec.structs import replace
 from report_schemas import junit_faults
 from report_verdicts import BINARY, BLOCKS, FINDING, hostile, many, one
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from typing import Any
 
 import pytest
 from markdown_it import MarkdownIt
+from msgspec.structs import replace
 from report_verdicts import BLOCKS, FINDING, hostile, many, one
 
 from canalyze.check.verdict import Verdict

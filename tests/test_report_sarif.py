@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import replace
 from typing import Any
 from urllib.parse import unquote_to_bytes, urlsplit
 
 import pytest
+from msgspec.structs import replace
 from report_schemas import sarif_faults
 from report_verdicts import BINARY, BLOCKS, FINDING, hostile, many, one
 
@@ -113,7 +113,7 @@ def test_a_format_without_lines_has_no_region() -> None:
 @pytest.mark.parametrize("lang", LANGUAGES)
 def test_every_rule_of_the_catalogue_is_described(lang: str) -> None:
     rules = _core.rules(lang)
-    findings = [replace(FINDING, code=rule.code, name=rule.name, severity=rule.severity) for rule in rules]  # type: ignore[arg-type]
+    findings = [replace(FINDING, code=rule.code, name=rule.name, severity=rule.severity) for rule in rules]
     only = run(Verdict("a.log", tuple(map(one, findings))), lang=lang)
     assert sarif_faults(log([Verdict("a.log", tuple(map(one, findings)))], lang)) == []
     driver = only["tool"]["driver"]

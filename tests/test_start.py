@@ -23,7 +23,16 @@ ELSEWHERE = {
     *("tempfile", "textual", "tomllib", "urllib.request", "xml", "zstandard"),
 }
 """What a pass over a file never needs: others' libraries, and what is slow to load of Python's own."""
-BESIDE = {"dataclasses", "pathlib", "json", "shlex", "canalyze.check", "canalyze.library", "canalyze.reports"}
+BESIDE = {
+    "dataclasses",
+    "msgspec",
+    "pathlib",
+    "json",
+    "shlex",
+    "canalyze.check",
+    "canalyze.library",
+    "canalyze.reports",
+}
 """What a listing does not need either."""
 
 

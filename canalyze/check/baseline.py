@@ -6,18 +6,19 @@ list of problems is there where there are any. Expectations are not told apart: 
 their file. Must not: judge.
 """
 
-import json
 import re
 from collections.abc import Callable, Iterable, Mapping
+from functools import cache
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from canalyze.configuration import bounded
 from canalyze.configuration.bounded import short
 from canalyze.errors import ConfigError
-from canalyze.finding import Finding
-from canalyze.output import jsonl
-from canalyze.problem import Problem
+from canalyze.records import Finding, Problem
+
+if TYPE_CHECKING:
+    from json import JSONDecoder
 
 VERSION: Final = 1
 _HEAD: Final = "canalyze_baseline"
@@ -28,8 +29,6 @@ _SUBJECT: Final = 100
 _BETWEEN: Final = re.compile(r"[\s,]*+")
 _DIGITS: Final = 18
 """Of the largest number that an entry may have."""
-_DECODER: Final = json.JSONDecoder(parse_int=lambda digits: int(digits) if len(digits) <= _DIGITS else digits)
-"""Maximum number of digits; a longer number stays a text, which no entry has there."""
 _OBJECT: Final = re.compile(r"[0-9A-F]{4}:[0-9A-F]{2}")
 
 
@@ -96,23 +95,35 @@ def text(known: Baseline) -> str:
 
 def _list(known: Baseline, form: type[Kind | ProblemKind]) -> str:
     """Returns the entries of one form."""
+    from canalyze.output import jsonl
+
     kinds = sorted((kind for kind in known if isinstance(kind, form)), key=lambda kind: kind.order)
     rows = [jsonl.text(kind._asdict() | {"count": known[kind]}) for kind in kinds]
     inner = ",\n".join(f"  {row}" for row in rows)
     return f"[\n{inner}\n]" if rows else "[]"
 
 
+@cache
+def _decoder() -> "JSONDecoder":
+    """Returns a decoder by which a number that is too long stays a text, which no entry has there."""
+    from json import JSONDecoder
+
+    return JSONDecoder(parse_int=lambda digits: int(digits) if len(digits) <= _DIGITS else digits)
+
+
 def read(name: str) -> dict[Kind | ProblemKind, int]:
-    """Read the file; ConfigError, with its line, for what cannot be."""
+    """Reads the file; ConfigError, with its line, for content that is not valid."""
+    from json import JSONDecodeError
+
     try:
         content = bounded.content(Path(name)).decode("utf-8-sig")
-        values = _DECODER.decode(content)
+        values = _decoder().decode(content)
     except OSError as error:
         missing = isinstance(error, FileNotFoundError)
         raise ConfigError("baseline.missing" if missing else "baseline.read", file=name, error=error) from error
     except UnicodeDecodeError as error:
         raise ConfigError("config.not_utf8", file=name, line=error.object.count(b"\n", 0, error.start) + 1) from error
-    except json.JSONDecodeError as error:
+    except JSONDecodeError as error:
         raise ConfigError("baseline.broken", file=f"{name}:{error.lineno}:{error.colno}", problem=error.msg) from error
     except RecursionError as error:
         raise ConfigError("baseline.none", file=name) from error
@@ -170,6 +181,8 @@ def _wrong(entry: Any, form: type[Kind | ProblemKind]) -> str:
 
 
 def _shown(entry: Any, key: str) -> str:
+    from canalyze.output import jsonl
+
     value = entry.get(key) if isinstance(entry, dict) else entry
     return short(jsonl.text(value))
 
@@ -183,7 +196,7 @@ def _at(name: str, content: str, section: str, place: int) -> str:
         if at >= len(content) or content[at] == "]":
             return name
         start = at
-        _, at = _DECODER.raw_decode(content, at)
+        _, at = _decoder().raw_decode(content, at)
     return f"{name}:{content.count(chr(10), 0, start) + 1}"
 
 

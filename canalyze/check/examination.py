@@ -4,13 +4,14 @@ Why it exists: the same work is done in this process and in others (`workers`), 
 and all that comes of it can be sent back. Must not: judge what counts, or print.
 """
 
-import json
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from msgspec import Struct, field
+from msgspec.structs import astuple
 
 from canalyze import expectations
 from canalyze.check.baseline import Kind
@@ -18,13 +19,12 @@ from canalyze.check.verdict import Counted, Examined
 from canalyze.configuration import network
 from canalyze.configuration.options import CaptureOptions, known_of, start_session
 from canalyze.errors import CanalyzeError
-from canalyze.finding import Finding
-from canalyze.problem import Problem, problem
+from canalyze.records import Finding, Problem, records
 from canalyze.running.run import Meter, Run
 from canalyze.words import Words
 
 if TYPE_CHECKING:
-    from canalyze._core import Network, Session
+    from canalyze._core import Session
 
 _SHOWN: Final = 10
 """Findings of one kind that are kept; further ones are counted."""
@@ -34,8 +34,7 @@ _LINES: Final = 200
 """Complaints that are kept of one capture."""
 
 
-@dataclass
-class Job:
+class Job(Struct):
     """Settings of an examination, equal in this process and in others."""
 
     lang: str
@@ -50,10 +49,11 @@ class Job:
     """Without that file, the one that lies beside a capture counts."""
     incidents: bool = False
     """True if problems are asked for."""
-    _network: "list[Network | None]" = field(default_factory=list)
+    _network: list[Any] = field(default_factory=list)
+    """That network, once it is known."""
 
     def know(self, words: Words | None) -> None:
-        """Read what is known of the network, and say in words what is odd about it."""
+        """Reads the descriptions of the network, and reports their defects."""
         from canalyze.configuration.descriptions import network as known
 
         self._network = [known(self.filed, known_of(self.given), words)]
@@ -73,7 +73,7 @@ class Job:
         return expectations.beside(name) if self.beside else None
 
     def open(self, name: str, form: str = "check") -> "Session":
-        """Start a session for this capture, of that form; ValueError for what the core cannot accept."""
+        """Starts a session of that form for this capture; ValueError for settings that the core refuses."""
         if not self._network:
             self.know(None)
         settings = {
@@ -84,9 +84,9 @@ class Job:
         }
         return start_session(Words(self.lang), self.given, **settings)
 
-    def __getstate__(self) -> dict[str, Any]:
-        """Leave out what cannot be sent to another process: it reads the descriptions itself."""
-        return self.__dict__ | {"_network": []}
+    def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
+        """Leaves out what cannot be sent to another process, which reads the descriptions itself."""
+        return Job, astuple(self)[:-1]
 
 
 class _Kinds:
@@ -98,13 +98,11 @@ class _Kinds:
 
     def take(self, result: bytes) -> None:
         """Adds JSON lines of the core."""
-        for line in result.splitlines():
-            row = json.loads(line)
-            if row["kind"] == "problem":
-                self.incidents.append(problem(row))
-            if row["kind"] != "finding":
+        found: Iterator[Finding | Problem] = records(result, Finding, Problem)
+        for finding in found:
+            if isinstance(finding, Problem):
+                self.incidents.append(finding)
                 continue
-            finding = Finding.from_json(row)
             kind = (Kind.of(finding), finding.expectation, finding.because_of)
             if kind not in self._found and len(self._found) >= _KINDS:
                 kind = (Kind(finding.code, None, None, None), None, finding.because_of and 0)
@@ -141,7 +139,7 @@ def read(
     form: str = "check",
     shown: str | None = None,
 ) -> Read:
-    """Read one capture through a session of that form; what is wrong with it is in the answer.
+    """Reads one capture through a session of that form; errors are in the result.
 
     take: gets each result of the session. shown: the capture's name.
     """
@@ -163,7 +161,7 @@ def read(
 
 
 def examine(name: str, job: Job, progress: Meter, shown: str | None = None) -> Examined:
-    """Read one capture to its end; what is wrong with it is in the answer. shown: its name."""
+    """Reads one capture to its end; errors are in the result. shown: its name."""
     began = monotonic()
     kinds = _Kinds()
     done = read(name, job, progress, lambda _, result: kinds.take(result), shown=shown)

@@ -7,15 +7,15 @@ the catalogue says.
 import os
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import replace
 from functools import cache
 from pathlib import PurePath
 from typing import Final, Literal, NamedTuple, get_args
 
+from msgspec.structs import replace
+
 from canalyze.check.baseline import Baseline, Kind, ProblemKind
 from canalyze.check.verdict import Counted, Examined, Verdict
-from canalyze.finding import SEVERITIES, Severity
-from canalyze.problem import Problem
+from canalyze.records import SEVERITIES, Problem, Severity
 
 Threshold = Severity | Literal["never"]
 THRESHOLDS: Final[tuple[Threshold, ...]] = (*reversed(SEVERITIES), "never")
@@ -161,7 +161,7 @@ def failing(policy: Policy, incidents: Iterable[Problem]) -> list[Problem]:
 
 
 def problems(incidents: Iterable[Problem]) -> Counter[Kind | ProblemKind]:
-    """Count what a baseline counts as one kind of problem."""
+    """Counts the problems by kind, as a baseline has them."""
     return Counter(ProblemKind.of(one) for one in incidents)
 
 
@@ -185,7 +185,7 @@ def _linked(causes: Sequence[Counted], consequences: Sequence[Counted]) -> tuple
 
 
 def counted(found: Iterable[Counted]) -> Counter[Kind | ProblemKind]:
-    """Count what a baseline counts as one kind: expectations move about in their file, so they are not told apart.
+    """Counts the findings by kind, as a baseline has them: expectations move in their file, so all of them are one.
 
     Consequences are in no baseline, since they cannot fail.
     """

@@ -4,15 +4,14 @@ Nothing here reads, judges or prints.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from canalyze.finding import Finding
-from canalyze.problem import Problem
+from msgspec import Struct, field
+
+from canalyze.records import Finding, Problem
 
 
-@dataclass(frozen=True, slots=True)
-class Counted:
+class Counted(Struct, frozen=True):
     """Findings of one kind: same rule, bus, node and object, of one expectation, consequences of one cause or none."""
 
     finding: Finding
@@ -51,8 +50,7 @@ class Examined(NamedTuple):
     """The signal that ended reading early: SIGINT or SIGTERM."""
 
 
-@dataclass(frozen=True, slots=True)
-class Verdict:
+class Verdict(Struct, frozen=True):
     """One capture, judged."""
 
     file: str

@@ -5,24 +5,27 @@ process. Must not: know what a finding is.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from time import monotonic
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
+
+from msgspec.structs import replace
 
 from canalyze.check.examination import Job, examine
 from canalyze.check.verdict import Examined
-from canalyze.running.pool import Pool, Tell, processors
 from canalyze.running.run import Interrupt, Meter
 from canalyze.sources.file import STDIN
 from canalyze.sources.names import Named
 from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze.running.pool import Tell
 
 _EVERY: Final = 0.2
 """Seconds between two words of a process on how far it is."""
 
 
 def examine_all(names: Sequence[str], job: Job, progress: Meter) -> tuple[list[Examined | None], int]:
-    """Examine captures; give what came of each, in their order, and the signal that ended the work, 0 for none.
+    """Examines captures; returns the results in their order, and the signal that ended the work, 0 for none.
 
     None: the end was wished before it was done.
     """
@@ -33,6 +36,8 @@ def examine_all(names: Sequence[str], job: Job, progress: Meter) -> tuple[list[E
 
 
 def _side_by_side(names: Sequence[str], job: Job, progress: Meter) -> tuple[list[Examined | None], int]:
+    from canalyze.running.pool import Pool, processors
+
     found: list[Examined | None] = [None] * len(names)
     # The processors are shared by captures already.
     job = replace(job, given={**job.given, "threads": 1})
@@ -80,21 +85,21 @@ class _Examination:
         self._names = names
         self._job = job
 
-    def __call__(self, place: int, tell: Tell) -> Examined:
+    def __call__(self, place: int, tell: "Tell") -> Examined:
         return examine(self._names[place], self._job, Far(tell))
 
 
 class Far:
     """Progress of a process, told to the one that started it."""
 
-    def __init__(self, tell: Tell) -> None:
+    def __init__(self, tell: "Tell") -> None:
         """Reports this progress now and then."""
         self._tell = tell
         self._size = 0
         self._next = monotonic() + _EVERY
 
     def step(self, size: int, frames: int) -> None:
-        """Count `size` bytes more."""
+        """Adds `size` bytes."""
         self._size += size
         if monotonic() >= self._next:
             self._tell((self._size, frames))

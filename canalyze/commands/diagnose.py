@@ -21,11 +21,12 @@ from canalyze.configuration.options import (
     positive,
 )
 from canalyze.errors import ReaderGone
-from canalyze.reports import diagnosis_read, diagnosis_text, wording
+from canalyze.records import Overview, Problem, diagnosed
+from canalyze.reports import diagnosis_text, wording
 from canalyze.reports.diagnosis_chosen import FAIL_ON, check_places, fails, select
 from canalyze.reports.diagnosis_text import Chosen
 from canalyze.running.again import can_write_page, keep_stdin, lines_of, listed, recordings_of, rewind
-from canalyze.running.diagnosing import Record, diagnosed, each, write_lines
+from canalyze.running.diagnosing import diagnose, each, write_lines
 from canalyze.running.passes import Pass, capture_command
 from canalyze.sources.file import STDIN
 
@@ -47,17 +48,18 @@ def run(one: Pass) -> int:
                 _write_page(one, read)
             return code
         one.names = found[0]
-        code, incidents, whole = diagnosed(one)
+        code, result = diagnose(one)
+        incidents, whole = diagnosed(result)
         if whole is not None and code < 128:
             check_places(chosen, incidents, whole, one.words)
         shown = select(incidents, whole, chosen)
-        numbers = [incident["id"] for incident in incidents]
+        numbers = [incident.id for incident in incidents]
         if number is not None and number not in numbers:
             key = "diagnose.no_problem" if numbers else "diagnose.no_problems"
             raise one.usage(key, number=number, numbers=wording.ranges(numbers, ", "))
         with suppress(ReaderGone):  # a closed pipe, as of `| head`: page and exit code are still wanted
             if one.form == "jsonl":
-                write_lines(shown, out)
+                write_lines(result, shown, out)
             elif whole is not None:
                 _show(one, diagnosis_text.of_buses(incidents), diagnosis_text.of_buses(shown), whole, chosen)
         if html is not None and whole is not None:
@@ -78,16 +80,15 @@ def _check(one: Pass) -> None:
         raise one.usage("usage.text_only", option="-n")
 
 
-def _show(one: Pass, incidents: list[Record], shown: list[Record], whole: Record, chosen: Chosen) -> None:
+def _show(one: Pass, incidents: list[Problem], shown: list[Problem], whole: Overview, chosen: Chosen) -> None:
     """Shows all problems that are asked for, or one at length, with the frames around its steps."""
     named = tuple(name for name in one.names if name != STDIN)
     if one.number is None:
         diagnosis_text.show(shown, whole, one.out, one.words, named, everything=one.everything, chosen=chosen)
         return
-    by_id = {incident["id"]: incident for incident in incidents}
-    near = diagnosis_read.near(incident for _, incident in diagnosis_text.tree(by_id[one.number], by_id))
-    lines = lines_of(one, near)
-    diagnosis_text.tell(one.number, incidents, whole, lines, one.out, one.words, named)
+    by_id = {incident.id: incident for incident in incidents}
+    near = diagnosis_text.near(incident for _, incident in diagnosis_text.tree(by_id[one.number], by_id))
+    diagnosis_text.tell(one.number, incidents, whole, lines_of(one, near), one.out, one.words, named)
 
 
 def _write_page(one: Pass, found: list[tuple[str, ...]]) -> None:

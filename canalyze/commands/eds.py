@@ -1,6 +1,5 @@
 """`canalyze eds`: what a device description says, and what is wrong with it."""
 
-import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -66,9 +65,9 @@ def _dbc(
     found = load(names[0], node)
     if found.node is None:
         raise usage(words, "eds.dbc_node")
-    lines = _core.Network(descriptions=[(None, found.node, found.table)]).pdos().splitlines()
+    pdos = _core.Network(descriptions=[(None, found.node, found.table)]).pdos().encode()
     with open_output(dbc, force=force) as out:
-        report.write(out, words, dbc, [json.loads(line) for line in lines], lambda _, __, *at: found.entry(*at))
+        report.write(out, words, dbc, pdos, lambda _, __, *at: found.entry(*at))
     return 0
 
 

@@ -1,7 +1,5 @@
 """`canalyze od`: the objects of the devices, by what the traffic shows of them. What that is, the core says."""
 
-import json
-
 import click
 
 from canalyze.configuration import network
@@ -32,7 +30,7 @@ def run(one: Pass) -> int:
         code = one.read(session, take)
         if listed:
             listed.close()
-        show([json.loads(line) for line in b"".join(gathered).splitlines()], out, one.words)
+        show(b"".join(gathered), out, one.words)
         one.end(code, session.frames)
     if not some and session.frames:
         one.note("od.none", frames=session.frames)

@@ -19,7 +19,7 @@ def run(one: Pass) -> int:
         code = seen.code
         if seen.frames:
             one.progress.clear()
-            held = compared(found, seen.records, *device(seen.records, found), unseen=one.unseen)
+            held = compared(found, seen.result, *device(seen.result, found), unseen=one.unseen)
             if one.form == "text":
                 against_text.show(held, found.file, out, one.words)
             else:

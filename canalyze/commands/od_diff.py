@@ -40,7 +40,7 @@ def run(one: Pass) -> int:
             if code >= 128 or not side.frames:
                 out.drop()
                 return code or 2
-            sides.append(captured(side.records))
+            sides.append(captured(side.result))
         found = compare(sides, one.node, filtered=one.expression is not None)
         if not found.pairs:
             a, b = (", ".join(str(node.node or "-") for node in side.nodes) or "-" for side in found.sides)

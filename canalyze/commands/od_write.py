@@ -30,7 +30,7 @@ def run(one: Pass) -> int:
         if one.dbc is None:
             from canalyze.reports import od_files
 
-            of = od_files.of(seen.records, one.node, _description(one, read, seen))
+            of = od_files.of(seen.result, one.node, _description(one, read, seen))
             for form, out in outs.items():
                 data, said = od_files.made(form, targets[form], of, one.words)
                 out.write(data)
@@ -43,7 +43,7 @@ def run(one: Pass) -> int:
                 file = carried(configured().known, known_of(one.given), read, bus, node)
                 return read[file].entry(index, sub) if file else None
 
-            dbc.write(outs["dbc"], one.words, one.dbc, seen.records, entry)
+            dbc.write(outs["dbc"], one.words, one.dbc, seen.result, entry)
         for out in outs.values():
             told(seen.code, out, one.words, stream=total is None, some=seen.frames > 0)
             if not seen.frames:
@@ -67,9 +67,11 @@ def _check(one: Pass) -> None:
 def _description(one: Pass, read: dict[str, Any], seen: Objects) -> tuple[bytes, str] | None:
     """Returns the description of the node and its name; None without one."""
     from canalyze.dictionary import contents
+    from canalyze.records import records
+    from canalyze.records.inventory import Head
 
     node = one.node
-    bus = next((record["bus"] for record in seen.records if record["node"] == node), None)
+    bus = next((head.bus for head in records(seen.result, Head) if head.node == node), None)
     file = carried(configured().known, known_of(one.given), read, bus, node)
     if file is not None and read[file].form in ("xdd", "concise"):
         raise OutputError("od.dcf_xdd", name=file)

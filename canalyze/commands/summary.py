@@ -1,7 +1,5 @@
 """`canalyze summary`: a capture in figures. What is counted and measured, the core says, all of it at the end."""
 
-import json
-
 from canalyze.configuration.options import BITRATE, COLOR, PROBLEM, TIME, form
 from canalyze.running.passes import Pass, capture_command
 
@@ -18,7 +16,7 @@ def run(one: Pass) -> int:
         else:
             from canalyze.reports.summary_text import show
 
-            show(map(json.loads, records.splitlines()), out, one.words, moments=one.time is None)
+            show(records, out, one.words, moments=one.time is None)
         return one.end(code, records)
 
 

@@ -5,16 +5,15 @@ that was not accessed, a type of the same size, a value that was written before 
 or a capture, or put anything into words.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, Final, NamedTuple
+from collections.abc import Callable, Iterator, Mapping
+from typing import Final, NamedTuple
 
 from canalyze import _core
 from canalyze.dictionary.model import ARRAY, RECORD, Address, Dictionary, Entry, NodeOffset, Value
 from canalyze.dictionary.values import BYTES, NAMES, comparable, decoded, packed
 from canalyze.errors import SourceError
-
-Record = Mapping[str, Any]
-"""A line of the core: `od_node`, `od_object` or `od_pdo`."""
+from canalyze.records import records
+from canalyze.records.inventory import Head, Object, Pdo
 
 ERROR, WARNING, INFO = "error", "warning", "info"
 SEVERITIES: Final = {
@@ -94,7 +93,7 @@ class _Case(NamedTuple):
     """An object in both the description and the traffic."""
 
     entry: Entry
-    seen: Record
+    seen: Object
     node: int
     structural: bool
     """True if it is the number of sub-indices."""
@@ -111,36 +110,30 @@ class _Case(NamedTuple):
         yield _difference(kind, (self.entry.index, self.entry.sub), self.entry.name, filed, shown, self.seen)
 
 
-def device(records: Sequence[Record], found: Dictionary) -> tuple[str | None, int]:
+def device(result: bytes, found: Dictionary) -> tuple[str | None, int]:
     """Returns bus and node-ID of the device: the description's node, or else the only one. Raises SourceError."""
-    places = {
-        kind: [(one["bus"], one["node"]) for one in records if one["kind"] == kind] for kind in ("od_node", "od_pdo")
-    }
-    there = places["od_node"] or list(dict.fromkeys(places["od_pdo"]))
+    nodes = [(one.bus, one.node) for one in records(result, Head)]
+    senders = [(one.bus, one.node) for one in records(result, Pdo)]
+    there = nodes or list(dict.fromkeys(senders))
     if found.node is not None:
-        there = [one for one in dict.fromkeys([*there, *places["od_pdo"]]) if one[1] == found.node]
+        there = [one for one in dict.fromkeys([*there, *senders]) if one[1] == found.node]
         if not there:
             raise SourceError("against.no_node", name=found.file, node=found.node)
     if not there:
         raise SourceError("against.nothing", name=found.file)
     if len(there) > 1:
         several = len({bus for bus, _ in there}) > 1
-        nodes = ", ".join(f"{node} {bus}" if several else str(node) for bus, node in there)
-        raise SourceError("against.which", name=found.file, nodes=nodes)
+        listed = ", ".join(f"{node} {bus}" if several else str(node) for bus, node in there)
+        raise SourceError("against.which", name=found.file, nodes=listed)
     return there[0]
 
 
-def compared(
-    found: Dictionary, records: Sequence[Record], bus: str | None, node: int, *, unseen: bool = False
-) -> Comparison:
+def compared(found: Dictionary, result: bytes, bus: str | None, node: int, *, unseen: bool = False) -> Comparison:
     """Compares a description with the device of this node-ID on this bus.
 
     unseen: objects that do not occur in the traffic are differences, too.
     """
-    own = [one for one in records if one["bus"] == bus]
-    seen = {
-        (int(one["index"], 16), one["sub"]): one for one in own if one["kind"] == "od_object" and one["node"] == node
-    }
+    seen = {one.address: one for one in records(result, Object) if (one.bus, one.node) == (bus, node)}
     entries = {(entry.index, entry.sub): entry for thing in found.objects for entry in thing.entries}
     structural = {thing.index for thing in found.objects if thing.code in (ARRAY, RECORD)}
     carried = {(mapped.index, mapped.sub) for pdo in found.pdos for mapped in pdo.mapped}
@@ -151,11 +144,11 @@ def compared(
             whole = address[1] == 0 and address[0] in structural
             case = _Case(entry, one, node, whole, address in carried)
             differences += _of_object(case)
-        elif one["exists"] and address[0] >= _FIRST_OBJECT and address[1] != _STRUCTURE and address not in carried:
+        elif one.exists and address[0] >= _FIRST_OBJECT and address[1] != _STRUCTURE and address not in carried:
             shown = "sub-index" if found.object(address[0]) else "index"
-            differences.append(_difference("unlisted", address, one["name"] or "", "", shown, one))
-    booted = any(one["booted"] for one in own if one["kind"] == "od_node" and one["node"] == node)
-    by_id = {(int(one["id"], 16), one["ext"]): one for one in own if one["kind"] == "od_pdo"}
+            differences.append(_difference("unlisted", address, one.name or "", "", shown, one))
+    booted = any(one.booted for one in records(result, Head) if (one.bus, one.node) == (bus, node))
+    by_id = {(one.id, one.extended): one for one in records(result, Pdo) if one.bus == bus}
     for pdo in found.pdos:
         differences += _mapping(found, pdo, node, seen)
         differences += _length(pdo, node, seen, by_id, booted=booted)
@@ -172,25 +165,25 @@ def _rank(one: Difference) -> int:
 
 
 def _difference(
-    kind: str, address: tuple[int, int | None], name: str, filed: object, shown: object, seen: Record | None
+    kind: str, address: tuple[int, int | None], name: str, filed: object, shown: object, seen: Object | None
 ) -> Difference:
     frame = None
     if seen is not None:
-        aborted = (one["frame"] for one in seen["aborts"] if one["code"] in str(shown))
-        first = seen["first"]["frame"] if kind == "default" else None
-        frame = first or next(aborted, None) or seen["frame"] or seen["last_frame"]
+        aborted = (one.frame for one in seen.aborts if one.code in str(shown))
+        first = seen.first.frame if kind == "default" and seen.first else None
+        frame = first or next(aborted, None) or seen.frame or seen.last_frame
     return Difference(kind, SEVERITIES[kind], *address, name, str(filed), str(shown), frame)
 
 
 def _identity(
-    found: Dictionary, entries: Mapping[Address, Entry], seen: Mapping[Address, Record]
+    found: Dictionary, entries: Mapping[Address, Entry], seen: Mapping[Address, Object]
 ) -> Iterator[Difference]:
     """Compares the identity. Vendor, product and revision may be in two places of a file; either may match."""
     of = found.device
     numbers = (None, of.vendor_number, of.product_number, of.revision_number)
     for address, number in zip(_IDENTIFYING, numbers, strict=True):
         entry, one = entries.get(address), seen.get(address)
-        data = b"" if one is None else bytes.fromhex(one["data"] or "")
+        data = (one and one.data) or b""
         both = (entry and entry.value, number)
         said = [value for value in both if isinstance(value, int) and value not in _UNSET]
         shown = int.from_bytes(data, "little")
@@ -206,8 +199,8 @@ def _identity(
 
 
 def _of_object(case: _Case) -> Iterator[Difference]:
-    if case.seen["exists"] is False:
-        codes = sorted({one["code"] for one in case.seen["aborts"]} & _ABSENT)
+    if case.seen.exists is False:
+        codes = sorted({one.code for one in case.seen.aborts} & _ABSENT)
         yield from case.says("absent", "", ", ".join(f"{code}h" for code in codes))
         return
     for judge in _JUDGES:
@@ -216,28 +209,28 @@ def _of_object(case: _Case) -> Iterator[Difference]:
 
 def _size(case: _Case) -> Iterator[Difference]:
     """Compares the size; sizes read have precedence, because a device may accept longer values than its object."""
-    sizes = case.seen["sizes"]
-    least, most = sizes["read"] or sizes["written"] or (case.width, case.width)
+    sizes = case.seen.sizes
+    least, most = sizes.read or sizes.written or (case.width, case.width)
     if case.width and (least, most) != (case.width, case.width):
         yield from case.says("size", NAMES[case.entry.type], least if least == most else f"{least}-{most}")
 
 
 def _access(case: _Case) -> Iterator[Difference]:
     access, seen = case.entry.access, case.seen
-    if access == "wo" and seen["read"]:
-        yield from case.says("readable", access, seen["read"])
-    if access in ("ro", "const") and seen["written"]:
-        yield from case.says("writable", access, seen["written"])
-    if access != "wo" and seen["readable"] is False:
+    if access == "wo" and seen.read:
+        yield from case.says("readable", access, seen.read)
+    if access in ("ro", "const") and seen.written:
+        yield from case.says("writable", access, seen.written)
+    if access != "wo" and seen.readable is False:
         yield from case.says("not-readable", access, "06010001h")
-    if access not in ("ro", "const") and seen["writable"] is False:
+    if access not in ("ro", "const") and seen.writable is False:
         # Parameters of a PDO that is in use may be refused so, too.
         state = INFO if case.entry.index in _PDO_PARAMETERS else WARNING
         yield from (one._replace(severity=state) for one in case.says("not-writable", access, "06010002h"))
 
 
 def _mappable(case: _Case) -> Iterator[Difference]:
-    pdos = [name for name in ("tpdo", "rpdo") if case.seen[name]]
+    pdos = [name for name in ("tpdo", "rpdo") if getattr(case.seen, name)]
     if pdos and not case.entry.mappable and not case.carried:
         yield from case.says("mappable", "", pdos[0].upper())
 
@@ -249,9 +242,9 @@ def _limits(case: _Case) -> Iterator[Difference]:
     own = isinstance(default, int | float) and not least <= default <= most
     if template or own:  # no real limits
         return
-    values = (decoded(bytes.fromhex(data), case.entry.type) for data in case.seen["extremes"])
+    values = (decoded(data, case.entry.type) for data in case.seen.extremes)
     beyond = [value for value in values if isinstance(value, int | float) and (value < least or value > most)]
-    whole = all(len(data) == 2 * case.width for data in case.seen["extremes"])
+    whole = all(len(data) == case.width for data in case.seen.extremes)
     if beyond and whole:
         filed = f"{'' if low is None else low}..{'' if high is None else high}"
         yield from case.says("limits", filed, ", ".join(map(str, sorted(beyond))))
@@ -263,25 +256,25 @@ def _value(case: _Case) -> Iterator[Difference]:
     if _is_of_mapping(entry.index) or (entry.index, entry.sub) in _IDENTIFYING or not _is_configuration(case):
         return
     if entry.parameter is not None:
-        if seen["source"] in ("read", "written"):
-            yield from _other(case, "parameter", entry.parameter, seen["data"], seen["bits"] // 8)
-    elif entry.default is not None and seen["first"] and seen["first"]["booted"]:
-        yield from _other(case, "default", entry.default, seen["first"]["data"], seen["first"]["size"])
+        if seen.source in ("read", "written") and seen.data is not None:
+            yield from _other(case, "parameter", entry.parameter, seen.data, (seen.bits or 0) // 8)
+    elif entry.default is not None and seen.first and seen.first.booted:
+        yield from _other(case, "default", entry.default, seen.first.data, seen.first.size)
 
 
 def _is_configuration(case: _Case) -> bool:
     """Returns true if the value of an object is configured, and not an actual value or process data."""
     entry, seen = case.entry, case.seen
-    if entry.index in _CHANGING or case.carried or seen["tpdo"] or seen["rpdo"]:
+    if entry.index in _CHANGING or case.carried or seen.tpdo or seen.rpdo:
         return False
     return entry.access != "ro" or case.structural or entry.index in _COMMUNICATION
 
 
-def _other(case: _Case, kind: str, filed: Value, data: str, size: int) -> Iterator[Difference]:
+def _other(case: _Case, kind: str, filed: Value, data: bytes, size: int) -> Iterator[Difference]:
     entry = case.entry
-    if len(data) != 2 * size or case.width not in (0, size) or entry.type in BYTES:
+    if len(data) != size or case.width not in (0, size) or entry.type in BYTES:
         return  # its size differs, or a part of it is missing
-    known = packed(filed, entry.type, case.node), bytes.fromhex(data)
+    known = packed(filed, entry.type, case.node), data
     one, other = (decoded(value, entry.type) for value in known)
     if None not in (one, other) and len({comparable(value, entry.type) for value in known}) > 1:
         yield from case.says(kind, _spelled(one, entry), _spelled(other, entry))
@@ -302,7 +295,7 @@ def _is_of_mapping(index: int) -> bool:
     return any(index in one for one in _OF_MAPPINGS)
 
 
-def _mapping(found: Dictionary, pdo: _core.Pdo, node: int, seen: Mapping[Address, Record]) -> Iterator[Difference]:
+def _mapping(found: Dictionary, pdo: _core.Pdo, node: int, seen: Mapping[Address, Object]) -> Iterator[Difference]:
     """Compares the mapping of a PDO as a whole; only entries in the traffic count."""
     index = _core.mapping_parameter(pdo.direction, pdo.number)
     thing = found.object(index)
@@ -317,12 +310,12 @@ def _mapping(found: Dictionary, pdo: _core.Pdo, node: int, seen: Mapping[Address
         if one is None:
             continue
         if entry.parameter is not None:
-            data = one["data"] if one["source"] in ("read", "written") else None
+            data = one.data if one.source in ("read", "written") else None
         else:
-            data = (one["first"] or {}).get("data")
-            booted = booted and bool((one["first"] or {}).get("booted"))
+            data = None if one.first is None else one.first.data
+            booted = booted and one.first is not None and one.first.booted
         if data:
-            shown[entry.sub] = int.from_bytes(bytes.fromhex(data), "little")
+            shown[entry.sub] = int.from_bytes(data, "little")
     most = filed.get(0, 0)
     if filed.get(0) != shown.get(0, filed.get(0)):
         differs = 0 in filed
@@ -346,8 +339,8 @@ def _mapped(words: Mapping[int, int], count: int) -> str:
 def _length(
     pdo: _core.Pdo,
     node: int,
-    seen: Mapping[Address, Record],
-    by_id: Mapping[tuple[int, bool], Record],
+    seen: Mapping[Address, Object],
+    by_id: Mapping[tuple[int, bool], Pdo],
     *,
     booted: bool,
 ) -> Iterator[Difference]:
@@ -356,14 +349,14 @@ def _length(
     A receiver accepts more than its mapping.
     """
     index = _core.mapping_parameter(pdo.direction, pdo.number)
-    known = any(one["values"] or one["unconfirmed"] for (at, _), one in seen.items() if at == index)
+    known = any(one.values or one.unconfirmed for (at, _), one in seen.items() if at == index)
     cob = seen.get((pdo.communication, 1))
     can_id = pdo.cob_id.at(node)
     one = by_id.get((can_id, pdo.cob_id.extended)) if can_id is not None else None
     if known or cob is not None or one is None or not pdo.cob_id.valid or not pdo.bits or pdo.multiplex:
         return
-    mapped, length = -(-pdo.bits // 8), one["length_max"]
-    if one["length_min"] != length or length == mapped or (pdo.direction == "rpdo" and length > mapped):
+    mapped, length = -(-pdo.bits // 8), one.length_max
+    if one.length_min != length or length == mapped or (pdo.direction == "rpdo" and length > mapped):
         return
     made = _difference("pdo-length", (index, None), f"{pdo.direction.upper()}{pdo.number}", mapped, length, None)
     yield made if booted else made._replace(severity=INFO)

@@ -5,12 +5,14 @@ one capture and never in the other is a difference. A description contains all o
 reported separately with a reason, unless they were configured. Must not: read a file, or write words.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any, Final, Literal, NamedTuple
 
 from canalyze.dictionary.model import Address, Dictionary, Entry
 from canalyze.dictionary.values import CODES, comparable, packed
+from canalyze.records import records
+from canalyze.records.inventory import Head, Object
 
 Nature = Literal["state", "history", "time", "command", "serial", "process", "set-point"]
 
@@ -81,8 +83,6 @@ def _natures(profile: int) -> dict[int, Nature]:
     return found
 
 
-Record = Mapping[str, Any]
-"""A line of the core: `od_node` or `od_object`."""
 Reason = Nature | Literal["pdo", "read-only", "varies", "unknown", "unseen"]
 """Reasons for which a difference does not count.
 
@@ -177,16 +177,17 @@ class Compared(NamedTuple):
     """Nodes that only one of them has."""
 
 
-def captured(records: Iterable[Record]) -> Side:
+def captured(result: bytes) -> Side:
     """Returns the nodes of a capture."""
     nodes: list[Node] = []
     objects: dict[Address, Held] = {}
-    for one in records:
-        if one["kind"] == "od_node":
+    found: Iterator[Head | Object] = records(result, Head, Object)
+    for one in found:
+        if isinstance(one, Head):
             objects = {}
-            nodes.append(Node(one["bus"], one["node"], one["profile"] or 0, objects))
-        elif one["kind"] == "od_object":
-            objects[int(one["index"], 16), one["sub"]] = _seen(one)
+            nodes.append(Node(one.bus, one.node, one.profile or 0, objects))
+        else:
+            objects[one.address] = _seen(one)
     return Side(nodes, "capture")
 
 
@@ -230,26 +231,25 @@ def _described(found: Dictionary, node: int | None) -> Side:
     return Side([Node(None, node, profile, objects)], found.form)
 
 
-def _seen(one: Record) -> Held:
-    written = one["configured"]
-    whole = one["data"] is not None and len(one["data"]) * 4 >= (one["bits"] or 0)
-    data = written["data"] if written and len(written["data"]) == 2 * written["size"] else None
-    if not written and whole:
-        data = one["data"]
+def _seen(one: Object) -> Held:
+    written = one.configured
+    data = None if written is None else written.whole
+    if written is None and one.data is not None and len(one.data) * 8 >= (one.bits or 0):
+        data = one.data
     changes: tuple[tuple[Any, Reason], ...] = (
-        (one["tpdo"], "pdo"),
-        (one["writable"] is False and not _describes(int(one["index"], 16)), "read-only"),
-        (one["varies"], "varies"),
+        (one.tpdo, "pdo"),
+        (one.writable is False and not _describes(one.address[0]), "read-only"),
+        (one.varies, "varies"),
     )
     return Held(
-        one["name"] or "",
-        CODES.get(one["type"] or "", 0) if one["type_from"] != "inferred" else 0,
-        None if data is None else bytes.fromhex(data),
+        one.name or "",
+        CODES.get(one.type or "", 0) if one.type_from != "inferred" else 0,
+        data,
         bool(written),
-        one["exists"] is not False,
+        one.exists is not False,
         next((reason for holds, reason in changes if holds), None),
-        one["rpdo"] > 0,
-        one["refused"] > 0,
+        one.rpdo > 0,
+        one.refused > 0,
     )
 
 

@@ -9,12 +9,13 @@ more about a device than was seen, or select values.
 
 import struct
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from canalyze import _core
 from canalyze.dictionary.model import Address
 from canalyze.dictionary.values import BY_WIDTH, CODES, UNSIGNED8, UNSIGNED32
 from canalyze.errors import SourceError
+from canalyze.records.inventory import Head, Object
 
 
 class Configured(NamedTuple):
@@ -100,9 +101,6 @@ def _is_fixed_in_use(address: Address) -> bool:
     return address == (0x1014, 0) or (0x1201 <= address[0] <= 0x12FF and address[1] in (1, 2))
 
 
-Record = Mapping[str, Any]
-"""A line of the core: `od_node` or `od_object`."""
-
 _OCTETS: Final = 0x0A
 _ACCESS: Final = {"rw": "rw", "ro": "ro", "wo": "wo", "r": "ro"}
 """An object that was read and never written is not known to be writable."""
@@ -121,7 +119,7 @@ _FIXED: Final = range(0x1000, 0x2000)
 _Keys = dict[str, str]
 
 
-def skeleton(node: Record, objects: Sequence[Record], name: str = "") -> str:
+def skeleton(node: Head, objects: Sequence[Object], name: str = "") -> str:
     """Returns the EDS of a node; `name` is that of the file."""
     pdos = _pdos(objects)
     titles = {pdo.communication: f"{pdo.direction.upper()} communication parameter" for pdo in pdos}
@@ -152,16 +150,15 @@ def skeleton(node: Record, objects: Sequence[Record], name: str = "") -> str:
     )
 
 
-def _pdos(objects: Sequence[Record]) -> "list[_core.Pdo]":
+def _pdos(objects: Sequence[Object]) -> "list[_core.Pdo]":
     """Returns the PDOs that the objects configure, from the core."""
     rows = [
         (
-            int(one["index"], 16),
-            one["sub"],
+            *one.address,
             "",
-            CODES.get(one["type"], 0),
+            CODES.get(one.type or "", 0),
             "rw",
-            one["value"],
+            one.value,
             False,
             True,
             False,
@@ -169,17 +166,17 @@ def _pdos(objects: Sequence[Record]) -> "list[_core.Pdo]":
             1.0,
         )
         for one in objects
-        if isinstance(one["value"], int) and one["type_from"] in ("standard", "eds")
+        if isinstance(one.value, int) and one.type_from in ("standard", "eds")
     ]
     return _core.Dictionary(file="", form="dcf", device="", rows=rows).pdos(range(1, 0x20))
 
 
-def _device(node: Record, pdos: "Sequence[_core.Pdo]") -> _Keys:
-    numbers = {"VendorNumber": "vendor_id", "ProductNumber": "product_code", "RevisionNumber": "revision"}
+def _device(node: Head, pdos: "Sequence[_core.Pdo]") -> _Keys:
+    numbers = {"VendorNumber": node.vendor_id, "ProductNumber": node.product_code, "RevisionNumber": node.revision}
     return {
         "VendorName": "",
-        "ProductName": _line(node["device_name"] or ""),
-        **{key: f"0x{node[name]}" for key, name in numbers.items() if node[name]},
+        "ProductName": _line(node.device_name or ""),
+        **{key: f"0x{number}" for key, number in numbers.items() if number},
         **{f"BaudRate_{rate}": "0" for rate in (10, 20, 50, 125, 250, 500, 800, 1000)},
         "Granularity": "8",
         "NrOfRXPDO": str(sum(pdo.direction == "rpdo" for pdo in pdos)),
@@ -192,13 +189,12 @@ def _mapping(pdo: "_core.Pdo") -> int:
     return _core.mapping_parameter(pdo.direction, pdo.number)
 
 
-def _entries(objects: Sequence[Record], pdos: "Sequence[_core.Pdo]") -> dict[tuple[int, int], _Keys]:
+def _entries(objects: Sequence[Object], pdos: "Sequence[_core.Pdo]") -> dict[tuple[int, int], _Keys]:
     """Returns the keys of all entries: objects in the traffic, mapped objects, and mandatory objects."""
     entries: dict[tuple[int, int], _Keys] = {}
     for one in objects:
-        index, sub = int(one["index"], 16), one["sub"]
-        if one["exists"]:
-            entries[index, sub] = _seen(one, index)
+        if one.exists:
+            entries[one.address] = _seen(one, one.address[0])
     for pdo in pdos:
         entries.setdefault((_mapping(pdo), 0), _keys("Number of mapped objects", UNSIGNED8, "rw"))
         for mapped in (mapped for mapped in pdo.mapped if not mapped.dummy):
@@ -214,14 +210,14 @@ def _entries(objects: Sequence[Record], pdos: "Sequence[_core.Pdo]") -> dict[tup
     return entries
 
 
-def _seen(one: Record, index: int) -> _Keys:
-    kind = CODES.get(one["type"]) or BY_WIDTH.get(one["bits"], _OCTETS)
-    keys = _keys(_line(one["name"] or "") or _named(index, one["sub"]), kind, _ACCESS.get(one["access"], "rw"))
-    if one["tpdo"] or one["rpdo"]:
+def _seen(one: Object, index: int) -> _Keys:
+    kind = CODES.get(one.type or "") or BY_WIDTH.get(one.bits or 0, _OCTETS)
+    keys = _keys(_line(one.name or "") or _named(index, one.sub), kind, _ACCESS.get(one.access or "", "rw"))
+    if one.tpdo or one.rpdo:
         keys["PDOMapping"] = "1"
-    fixed = index in _FIXED and one["read"] and not one["written"]
-    if fixed and isinstance(one["value"], int | str):
-        keys["DefaultValue"] = str(int(one["value"]) if isinstance(one["value"], int) else _line(one["value"]))
+    fixed = index in _FIXED and one.read and not one.written
+    if fixed and isinstance(one.value, int | str):
+        keys["DefaultValue"] = str(int(one.value) if isinstance(one.value, int) else _line(one.value))
     return keys
 
 

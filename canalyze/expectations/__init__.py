@@ -17,7 +17,7 @@ SUFFIX: Final = ".expect.toml"
 
 
 def beside(name: str) -> Path | None:
-    """Give the file that lies beside a capture, boot.expect.toml of boot.log.gz; None where there is none."""
+    """Returns the file beside a capture, boot.expect.toml of boot.log.gz; None if there is none."""
     path = unpacked(name)
     if path.suffix.lower() in CAPTURES:
         path = path.with_suffix("")
@@ -28,7 +28,7 @@ def beside(name: str) -> Path | None:
 
 
 def read(path: Path) -> "Expectations":
-    """Read a file for the core; ConfigError for what cannot be."""
+    """Reads a file for the core; ConfigError for content that is not valid."""
     from canalyze._core import Expectations
 
     return bounded.checked(path, Expectations, "expect.unreadable")

@@ -35,16 +35,16 @@ _UNTIMED: Final = {
     "sync": "expect.no_sync_period",
     "signal": "expect.no_pdo_period",
 }
-"""How those are counted that no period was found of, by table."""
+"""The words for those of which no period was found, by table."""
 _COMMENT: Final = 90
 """Characters of a comment behind a value."""
 
 
 class Draft:
-    """What is known of a capture, taken in line by line; its size does not grow with the capture."""
+    """The knowledge of a capture, line by line; its size does not grow with the capture."""
 
     def __init__(self) -> None:
-        """Nothing seen yet."""
+        """Starts empty."""
         self._capture: Row = {}
         self._rows: dict[str, list[Row]] = {}
         self._writes: list[Row] = []
@@ -63,7 +63,7 @@ class Draft:
         return [row["code"] for row in self._of("summary_finding") if row["severity"] != "info"]
 
     def take(self, row: Row) -> None:
-        """Take a line of the core's."""
+        """Adds a line of the core."""
         kind = row["kind"]
         if kind == "transfer":
             self._transfer(row)
@@ -96,7 +96,7 @@ class Draft:
             self._left["more"] += 1
 
     def text(self, words: Words, name: str) -> str:
-        """Give the file; `name` is that of the capture."""
+        """Returns the content of the file; `name` is that of the capture."""
         self._words = words
         seconds = self._capture.get("seconds") or "?"
         shown = commandless(printable(name).encode()).decode()
@@ -128,7 +128,7 @@ class Draft:
         return [f"# {line}" for line in wrap(self._words(key, **facts), 110)]
 
     def _entry(self, table: str, row: Row, *pairs: "Pair") -> list[str]:
-        """Give one table; the bus stands in it where there are several."""
+        """Returns one table, with the bus if there are several."""
         bus = [("bus", _text(row["bus"]), "")] if self._capture.get("buses", 1) > 1 and row.get("bus") else []
         lines = [f"[[{table}]]"]
         for key, value, seen in (*pairs[:1], *bus, *pairs[1:]):
@@ -136,7 +136,7 @@ class Draft:
         return [*lines, ""]
 
     def _whose(self, row: Row) -> str:
-        """Give the name of a node's sequence."""
+        """Returns the name of a node's sequence."""
         several = self._capture.get("buses", 1) > 1 and row["bus"]
         return f"{row['bus']} node {row['node']}" if several else f"node {row['node']}"
 
@@ -226,7 +226,7 @@ class Draft:
             yield ""
 
     def _seen(self, times: Row) -> str:
-        """Give the intervals of a period. Not the mean: some in it may be shorter than the least."""
+        """Returns the intervals of a period, not the mean: some may be shorter than the least."""
         most = f"{times['max_us'] / 1000:.3f}"
         if times["min_us"] is None:
             return self._words("expect.seen_longest", most=most, count=times["count"])
@@ -305,7 +305,7 @@ Pair = tuple[str, str, str]
 
 
 def _transfer(row: Row) -> list[Pair]:
-    """Give what is expected of a transfer: its object, its direction, and its value where it is short."""
+    """Returns the expectation of a transfer: its object, its direction, and its value if it is short."""
     name = row.get("name") or ""
     pairs = [
         ("node", str(row["node"]), ""),
@@ -319,7 +319,7 @@ def _transfer(row: Row) -> list[Pair]:
 
 
 def _value(row: Row) -> tuple[str, str] | None:
-    """Give the key and the value that say what a transfer carried: typed if its type is known, else its bytes."""
+    """Returns the key and the value of a transfer's data: typed if its type is known, else its bytes."""
     value, kind, data = row["value"], row["type"], row["data"]
     if isinstance(value, bool):
         return "value", str(value).lower()
@@ -335,7 +335,7 @@ def _value(row: Row) -> tuple[str, str] | None:
 
 
 def _text(text: str) -> str:
-    """Give a text as TOML has it in quotes."""
+    """Returns a text as a TOML string."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("##[", "##\\u005b")
     return '"' + "".join(c if c.isprintable() else _escaped(c) for c in escaped) + '"'
 
@@ -348,27 +348,27 @@ def _escaped(char: str) -> str:
 
 
 def _short(seen: str) -> str:
-    """Give a comment in one line of bounded length."""
+    """Returns a comment in one line of bounded length."""
     text = printable(seen)
     return text if len(text) <= _COMMENT else text[: _COMMENT - 3] + "..."
 
 
 def _number(value: float) -> str:
-    """Write a number without an exponent where it has none to need."""
+    """Writes a number without an exponent where it has none to need."""
     if value == int(value) and abs(value) < 1e15:
         return str(int(value))
     return repr(float(f"{value:.12g}"))
 
 
 def round_up(value: float) -> float:
-    """Give the least of 1, 2, 5, 10, 20, ... (and 0.5, 0.2, ...) that is not below a value above 0."""
+    """Returns the least of 1, 2, 5, 10, 20, ... (and 0.5, 0.2, ...) that is not below a value above 0."""
     power = 10.0 ** math.floor(math.log10(value))
     steps = (step * power for step in (1, 2, 5, 10))
     return float(f"{next((step for step in steps if value <= step * (1 + 1e-9)), 10 * power):.6g}")
 
 
 def period_of(row: Row, share: float) -> tuple[float, float] | None:
-    """Give the period that times in µs mean, and a tolerance of at least that share of it; None if there is none."""
+    """Returns the period of times in µs, and a tolerance of at least that share of it; None if there is none."""
     mean = float(row["mean_us"])
     if row["min_us"] is not None and mean < row["min_us"]:  # the mean has also those that may be too short
         mean = (row["min_us"] + row["max_us"]) / 2
@@ -385,7 +385,7 @@ def period_of(row: Row, share: float) -> tuple[float, float] | None:
 
 
 def range_of(least: float, most: float) -> tuple[float, float]:
-    """Give a range with room on both sides, in round numbers; what was never negative stays so."""
+    """Returns a range with room on both sides, in round numbers; one that was never negative stays so."""
     room = max((most - least) / 4, max(abs(least), abs(most)) / 10) or 1.0
     step = 10.0 ** math.floor(math.log10(room))
     low, high = math.floor((least - room) / step) * step, math.ceil((most + room) / step) * step

@@ -10,7 +10,8 @@ from canalyze.fleet.stores import Place
 from canalyze.fleet.task import Action, problems_of, records_of, verdict_of
 from canalyze.output import Output
 from canalyze.output import jsonl as json_lines
-from canalyze.problem import KEYS, current
+from canalyze.records import KEYS, of_rows
+from canalyze.records.summary import KINDS
 from canalyze.reports import check_jsonl, check_text, diagnosis_text, fleet_text, junit
 from canalyze.words import Words
 
@@ -42,7 +43,7 @@ def show(action: Action, done: Sequence[Manifest], out: Output, words: Words, *,
     elif action == "export":
         fleet_text.show_tables([(one.result or {}).get("rows", {}) for one in done], out, words)
     else:
-        fleet_text.show([(one.capture, one.error, records_of(one)) for one in done], out, words)
+        fleet_text.show([(one.capture, one.error, of_rows(records_of(one), *KINDS)) for one in done], out, words)
     fleet_text.show_failed([(one.capture, one.error or "", one.attempts) for one in done if one.failed], out, words)
 
 
@@ -72,8 +73,7 @@ def _records(action: Action, done: Iterable[Manifest]) -> Iterable[str]:
         if action == "export" and one.result:
             yield json_lines.text({"capture": one.capture, "kind": "export", **one.result}, compact=True)
         for problem in (one.result or {}).get("problems", ()) if action == "diagnose" else ():
-            row = current(problem)
-            yield json_lines.text({"capture": one.capture, **{key: row[key] for key in KEYS}}, compact=True)
+            yield json_lines.text({"capture": one.capture, **{key: problem[key] for key in KEYS}}, compact=True)
         for record in records_of(one) if action == "summary" else ():
             yield json_lines.text({"capture": one.capture, **record}, compact=True)
         if one.failed:

@@ -3,15 +3,18 @@
 Finished work is not repeated, even if an engine runs a task twice. Must not: retry, or print.
 """
 
+import dataclasses
 import hashlib
 import json
 import re
 from collections.abc import Mapping
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
 from typing import Any, Final, Literal, NamedTuple
+
+from msgspec.structs import replace
 
 from canalyze import __version__
 from canalyze.check import policy
@@ -27,7 +30,7 @@ from canalyze.fleet import manifest
 from canalyze.fleet.manifest import Manifest
 from canalyze.fleet.sources import Capture, content, fetched, stamp
 from canalyze.fleet.stores import place
-from canalyze.problem import KEYS, current
+from canalyze.records import KEYS, Problem, of_rows
 from canalyze.reports.diagnosis_text import Diagnosed
 from canalyze.running.pool import Tell
 from canalyze.sources.names import unpacked
@@ -55,12 +58,12 @@ class Work:
     scratch: str | None = None
     """A folder for downloads; None: the system's temporary folder."""
     settings: str = ""
-    """Hash of the options, of the configuration, and of the files that they name."""
+    """Hash of the options, of the configuration, of the files that they name, and of the form of what is stored."""
 
     def __post_init__(self) -> None:
         """Hashes everything that a result depends on except the capture and the program."""
-        said: list[Any] = [self.action, self.job.__getstate__(), self.policy, sorted(self.known.items(), key=repr)]
-        said += [self.tables, self.device_from]
+        said: list[Any] = [self.action, self.job.__reduce__(), self.policy, sorted(self.known.items(), key=repr)]
+        said += [self.tables, self.device_from, Problem.__struct_encode_fields__]
         digest = hashlib.sha256(repr(said).encode("utf-8", "surrogateescape"))
         files = [one.file for known in (self.job.filed, known_of(self.job.given)) for one in known.descriptions]
         for file in [*files, *filter(None, [self.job.expect])]:
@@ -109,7 +112,7 @@ def do(work: Work, piece: Piece, tell: Tell) -> Manifest:
         tag = before.content if before and before.stamp == now else content(capture.path, beside=work.beside)
     if before is not None and tag and before.content == tag:
         if before.stamp != now:
-            before = replace(before, stamp=now)
+            before = dataclasses.replace(before, stamp=now)
             manifest.write(to, work.action, before)
         return before
     with fetched(capture, work.scratch) if capture.store else nullcontext((capture.path, tag)) as (path, came):
@@ -219,7 +222,7 @@ _ACTIONS: Final = {"check": _check, "diagnose": _diagnose, "summary": _summary, 
 def verdict_of(action: Action, done: Manifest) -> Verdict:
     """Returns the result of a capture as a verdict for reports."""
     if action == "check" and done.result is not None:
-        return replace(manifest.restored(done.result), file=done.capture)
+        return manifest.restored({**done.result, "file": done.capture})
     return Verdict(done.capture, error=done.error, frames=done.frames, seconds=done.seconds)
 
 
@@ -232,7 +235,8 @@ def problems_of(done: Manifest) -> Diagnosed | None:
     """Returns the problems of a capture; None if it could not be read."""
     if done.result is None:
         return None
-    return Diagnosed((done.capture,), [dict(current(one)) for one in done.result["problems"]], done.result)
+    kept = done.result
+    return Diagnosed((done.capture,), of_rows(kept["problems"], Problem), kept["order"], kept["nature"])
 
 
 def records_of(done: Manifest) -> list[Mapping[str, Any]]:

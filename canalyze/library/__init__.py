@@ -23,20 +23,20 @@ class McapReader(Protocol):
     """A reader of `mcap.reader`."""
 
     def iter_messages(self, *, log_time_order: bool = True) -> Iterable[tuple[Any, ...]]:
-        """Give schema, channel and message of each."""
+        """Yields schema, channel and message of each."""
 
 
 Source: TypeAlias = (
     "StrPath | bytes | bytearray | memoryview | IO[bytes] | McapReader | Iterable[StrPath | Message | tuple[Any, ...]]"
 )
-"""What a capture is read from; `open` says which things."""
+"""The sources of a capture; `open` lists them."""
 
 
 class ByNode(Protocol):
     """Descriptions by node-ID, or by bus and node-ID: a dictionary whose keys may be of one kind, or of both."""
 
     def items(self) -> Iterable[tuple[int | tuple[str, int], Described]]:
-        """Give node and description."""
+        """Returns nodes and descriptions."""
 
 
 Descriptions: TypeAlias = ByNode | Sequence[str]
@@ -94,7 +94,7 @@ def open(  # noqa: A001  canalyze.open, as tarfile.open
     time_source: Literal["stamp", "publish", "log"] | None = None,
     mcap_map: Iterable[str] = (),
 ) -> "Capture":
-    """Open a capture; it is read when it is asked for something.
+    """Opens a capture; it is read when it is asked for something.
 
     source: a file in any format that canalyze reads, compressed or not; several, which are one capture, read in the
     given order; the content of such a file as bytes, or a file that is open for reading bytes, which is read at once

@@ -5,29 +5,41 @@ transfers, findings and nodes together, one the signals, one frames with everyth
 listen to signals of the system, or know what a frame means.
 """
 
-import gc
-import json
 from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Final, Literal, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, cast
 from weakref import WeakSet
 
-from canalyze.finding import SEVERITIES, Finding, Line, Severity
-from canalyze.library import event
+from msgspec import Struct
+
 from canalyze.library.columns import Table, html_table
-from canalyze.library.event import Event, Frame
 from canalyze.library.former import renamed, table
 from canalyze.library.inputs import Input
-from canalyze.library.node import Nodes, node
+from canalyze.library.node import Nodes
 from canalyze.library.plan import Plan, shown_as
 from canalyze.library.problem import Problems
 from canalyze.library.rows import Events, Findings, Frames, Transfers, one_of
-from canalyze.library.series import Signals, signal
+from canalyze.library.series import Signals
 from canalyze.library.stream import Silent
-from canalyze.problem import Problem, problem
+from canalyze.records import (
+    SEVERITIES,
+    Event,
+    Finding,
+    Frame,
+    Line,
+    Node,
+    Overview,
+    Problem,
+    Severity,
+    Signal,
+    Transfer,
+    events,
+    lines,
+    records,
+)
 from canalyze.running.reading import Counted, Reading
 
 if TYPE_CHECKING:
@@ -35,21 +47,7 @@ if TYPE_CHECKING:
     from canalyze.library import StrPath
 
 T = TypeVar("T")
-
-_RECORDS: Final = {"transfer": event.transfer, "finding": Finding.from_json, "summary_node": node}
-"""What makes an item of a list of an object, by its kind."""
-
-
-@contextmanager
-def _all_kept() -> Iterator[None]:
-    """Keep Python's garbage collector still: of what a list is made nothing is garbage, and it looks at all of it."""
-    ran = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if ran:
-            gc.enable()
+S = TypeVar("S", bound=Struct)
 
 
 class Capture:
@@ -60,16 +58,16 @@ class Capture:
     """
 
     def __init__(self, plan: Plan, inputs: tuple[Input, ...]) -> None:
-        """Take how it is read, and what; nothing is read yet."""
+        """Creates a capture that is read by a plan; nothing is read yet."""
         self._plan = plan
         self._inputs = inputs
         self._complaints: tuple[str, ...] | None = None
-        self._records: dict[str, list[Any]] | None = None
+        self._records: dict[type[Struct], list[Any]] | None = None
         self._events: Events | None = None
         self._frames: Frames | None = None
         self._signals: Signals | None = None
         self._problems: Problems | None = None
-        self._diagnosed: list[dict[str, Any]] | None = None
+        self._diagnosed: tuple[list[Problem], Overview] | None = None
         self._lists: dict[str, Any] = {}
         self._checked: list[Finding] = []
         self._running: WeakSet[Generator[Event, None, None]] = WeakSet()
@@ -88,41 +86,41 @@ class Capture:
         return f"<Capture {self.name}>"
 
     def _repr_html_(self) -> str:
-        """Give what a notebook shows: its name, and how much of what was read is in it."""
+        """Returns its name, and the number of rows that were read, for a notebook."""
         read = {**self._lists, "signals": self._signals, "problems": self._problems, "events": self._events}
         rows = [(name.removeprefix("summary_"), len(rows)) for name, rows in read.items() if rows is not None]
         return html_table(("read", "rows"), rows, self.name)
 
     def __enter__(self) -> Self:
-        """Give the capture itself."""
+        """Returns the capture itself."""
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Close it."""
+        """Closes it."""
         self.close()
 
     def close(self) -> None:
-        """End what is being iterated over, so that no file stays open; lists that were read stay."""
+        """Ends all iterations, so that no file stays open; lists that were read stay."""
         for one in list(self._running):
             one.close()
 
     def __iter__(self) -> Iterator[Event]:
-        """Give frames, notes, findings and transfers in order, from the file unless `events` were read.
+        """Yields frames, notes, findings and transfers in order, from the file unless `events` were read.
 
         SourceError where a file cannot be read, or no further, or holds no frame.
         """
         if self._events is not None:
             return iter(self._events)
-        events = self._stream()
-        self._running.add(events)
-        return events
+        stream = self._stream()
+        self._running.add(stream)
+        return stream
 
     @property
     def events(self) -> Events:
         """All of them, in order: frames, notes, findings, transfers. About 0.8 KiB of memory a frame."""
         if self._events is None:
-            with closing(self._stream()) as events, _all_kept():
-                self._events = Events(events)
+            with closing(self._stream()) as stream:
+                self._events = Events(stream)
         return self._events
 
     @property
@@ -135,73 +133,71 @@ class Capture:
     @property
     def transfers(self) -> Transfers:
         """SDO transfers, in the order in which they end."""
-        return self._list("transfer", Transfers)
+        return self._list(Transfer, Transfers)
 
     @property
     def findings(self) -> Findings:
         """Findings, in the order of frames; of one kind on one object ten, then one that counts the rest."""
-        return self._list("finding", Findings)
+        return self._list(Finding, Findings)
 
     @property
     def problems(self) -> Problems:
-        """What went wrong, whether it still is, and why: `capture.problems.roots`, `.open`, `.of(node=5)`."""
+        """The problems with their status and causes: `capture.problems.roots`, `.open`, `.of(node=5)`."""
         if self._problems is None:
-            *records, whole = self.diagnosed
-            self._problems = Problems(map(problem, records), whole["order"])
+            found, whole = self.diagnosed
+            self._problems = Problems(found, whole.order)
         return self._problems
 
     @property
-    def diagnosed(self) -> list[dict[str, Any]]:
-        """The records of problems, as the core has them, and behind them that of the whole capture."""
+    def diagnosed(self) -> tuple[list[Problem], Overview]:
+        """The problems, and the overview of the whole capture."""
         if self._diagnosed is None:
-            from canalyze.reports import diagnosis_read
-
-            _, told = self.through("diagnosis")
-            self._diagnosed = diagnosis_read.records([told])
+            result = self.through("diagnosis")[1]
+            self._diagnosed = list(records(result, Problem)), next(records(result, Overview))
         return self._diagnosed
 
     incidents = renamed("incidents", "problems")
 
     def diagnosis(self, problems: Iterable[Problem] | None = None) -> list[str]:
-        """Give the lines of `canalyze diagnose` about some of `problems`: what each is, what followed, what to check.
+        """Returns the lines of `canalyze diagnose` about some of `problems`, with their consequences and checks.
 
         None: the open roots, the most important first.
         """
         from canalyze.reports.diagnosis_text import stories
 
         asked = self.problems.roots.open if problems is None else problems
-        records = self.diagnosed[:-1]
-        by_id = {row["id"]: row for row in records}
-        return stories([by_id[one.id] for one in asked if one.id in by_id], records, self._plan.words)
+        found, _ = self.diagnosed
+        by_id = {one.id: one for one in found}
+        return stories([by_id[one.id] for one in asked if one.id in by_id], found, self._plan.words)
 
     stories = renamed("stories", "diagnosis")
 
     @property
     def nodes(self) -> Nodes:
         """Nodes with their states, heartbeats, SDO figures and EMCYs, and their descriptions."""
-        return self._list("summary_node", partial(Nodes, dictionary=self._plan.dictionary))
+        return self._list(Node, partial(Nodes, dictionary=self._plan.dictionary))
 
     @property
     def signals(self) -> Signals:
         """Signals of PDOs, one row a value; `signals["5.TPDO4.velocity actual value"]` is a series."""
         if self._signals is None:
-            with closing(self._objects(self._plan.session("signals"))) as rows, _all_kept():
-                self._signals = Signals(map(signal, rows))
+            with closing(self._typed("signals", Signal)) as rows:
+                self._signals = Signals(rows)
         return self._signals
 
     @property
     def complaints(self) -> tuple[str, ...]:
-        """What is to be told of the files, in words: damage, lines that cannot be read, repaired descriptions."""
+        """Remarks on the files, in words: damage, lines that cannot be read, repaired descriptions."""
         if self._complaints is None:
             self._read_records()
         return self._plan.said + (self._complaints or ())
 
     def lines(self, first: int, last: int | None = None) -> list[Line]:
-        """Give the annotated lines of the frames from `first` to `last`, both included: what `decode` writes."""
+        """Returns the annotated lines of the frames from `first` to `last`, both included, as `decode` writes them."""
         return self.annotated([(first, first if last is None else last)])
 
     def annotated(self, ranges: Iterable[tuple[int, int]]) -> list[Line]:
-        """Give the annotated lines of several ranges of frames, in order of frames, in one pass."""
+        """Returns the annotated lines of several ranges of frames, in order of frames, in one pass."""
         ranges = list(ranges)
         if not all(type(number) is int for pair in ranges for number in pair):
             raise TypeError(f"ranges={ranges!r}: pairs of frame numbers are needed")
@@ -210,17 +206,16 @@ class Capture:
             return []
         session = self._plan.session("lines", "frame=" + ",".join(f"{first}-{last}" for first, last in wanted))
         end = max(last for _, last in wanted)
-        lines: list[Line] = []
+        found: list[Line] = []
         with closing(self._results(session)) as results:
             for result in results:
-                for row in map(json.loads, result.splitlines()):
-                    lines += (Line(row["frame"], text) for text in row["text"].split("\n"))
+                found += (Line(one.frame, text) for one in lines(result) for text in one.text.split("\n"))
                 if session.frames >= end:
                     break
-        return lines
+        return found
 
     def tables(self, *names: str, select: str | None = None) -> dict[str, Table]:
-        """Give tables of columns, all in one pass: `capture.tables("transfers")["transfers"].to_polars()`.
+        """Returns tables of columns, all in one pass: `capture.tables("transfers")["transfers"].to_polars()`.
 
         Arrow's readers take one as it is: `pyarrow.table(table)`.
         names: frames, transfers, states, emcy, findings, sync_cycles, signals, pdo (one table for each PDO and mapping,
@@ -248,7 +243,7 @@ class Capture:
         return {asked.get(name, name): Table(Core(parts)) for name, parts in batches.items()}
 
     def check(self, expect: "StrPath | None" = None, *, at_least: Severity = "warning") -> Findings:
-        """Give what `canalyze check` finds, as severe as that or worse; of expectations too, where they are given.
+        """Returns the findings of `canalyze check`, as severe as that or worse; of expectations too, if they are given.
 
         expect: a file of expectations (boot.expect.toml), relative to the folder of `open`; none is looked for.
         ConfigError for a mistake in it. Each call reads the capture.
@@ -259,13 +254,13 @@ class Capture:
             from canalyze.expectations import read
 
             more["expectations"] = read(Path(shown_as(self._plan.folder / expect)))
-        with closing(self._objects(self._plan.session("check", **more))) as rows:
-            found = [Finding.from_json(row) for row in rows]
+        with closing(self._typed("check", Finding, **more)) as rows:
+            found = list(rows)
         self._checked += found
         return Findings(found).at_least(at_least)
 
     def html(self, *, frames: Literal["near", "all"] = "all") -> str:
-        """Return the page that `canalyze diagnose --html` writes, with the capture and its descriptions inside.
+        """Returns the page that `canalyze diagnose --html` writes, with the capture and its descriptions inside.
 
         frames: without effect, the page has all. OutputError where this installation has no page, SourceError where a
         file cannot be read or holds no frame.
@@ -287,7 +282,7 @@ class Capture:
         return self._plan.folder
 
     def through(self, form: str, take: Callable[[bytes], object] | None = None, **more: Any) -> "tuple[Session, bytes]":
-        """Read all of it through a session of a format of the core; give both. take: gets the result piece by piece."""
+        """Reads all of it in a format of the core; returns session and result. take: gets the result piece by piece."""
         session = self._plan.session(form, **more)
         out = bytearray()
         with closing(self._results(session)) as results:
@@ -296,47 +291,47 @@ class Capture:
         return session, bytes(out)
 
     def gave(self, row: object) -> bool:
-        """Tell whether this finding, transfer, signal or problem is one of its lists that were read."""
+        """Returns true if this finding, transfer, signal or problem is in one of the lists that were read."""
         read = (self._signals, self._events, self._problems)
         lists = [*(self._records or {}).values(), self._checked, *(rows for rows in read if rows is not None)]
         return any(row is one for rows in lists for one in rows)
 
-    def _list(self, kind: str, form: Callable[[Iterable[Any]], T]) -> T:
-        if kind not in self._lists:
-            self._lists[kind] = form(self._read_records()[kind])
-        found: T = self._lists[kind]
+    def _list(self, kind: type[Struct], form: Callable[[Iterable[Any]], T]) -> T:
+        name = kind.__name__.lower() + "s"
+        if name not in self._lists:
+            self._lists[name] = form(self._read_records()[kind])
+        found: T = self._lists[name]
         return found
 
-    def _read_records(self) -> dict[str, list[Any]]:
+    def _read_records(self) -> dict[type[Struct], list[Any]]:
         if self._records is None:
-            records: dict[str, list[Any]] = {kind: [] for kind in _RECORDS}
-            with closing(self._objects(self._plan.session("records"))) as rows, _all_kept():
+            found: dict[type[Struct], list[Any]] = {Transfer: [], Finding: [], Node: []}
+            with closing(self._typed("records", *found)) as rows:
                 for row in rows:
-                    kind = row["kind"]
-                    if kind in records:
-                        records[kind].append(_RECORDS[kind](row))
-            self._records = records
+                    found[type(row)].append(row)
+            self._records = found
         return self._records
 
     def _stream(self) -> Generator[Event, None, None]:
         with closing(self._results(self._plan.session("jsonl"))) as results:
             for result in results:
-                yield from cast(Iterator[Event], event.records(result))
+                yield from cast(Iterator[Event], events(result))
 
-    def _objects(self, session: "Session") -> Generator[dict[str, Any], None, None]:
-        with closing(self._results(session)) as results:
+    def _typed(self, form: str, *kinds: type[S], **more: Any) -> Generator[S, None, None]:
+        """Yields the records of these kinds in a format of the core."""
+        with closing(self._results(self._plan.session(form, **more))) as results:
             for result in results:
-                yield from event.objects(result)
+                yield from records(result, *kinds)
 
     def _opened(self) -> Iterator[Counted]:
-        """Open the inputs one after the other, each until the next is wanted."""
+        """Opens the inputs one after the other, each until the next is wanted."""
         plan = self._plan
         for one in self._inputs:
             with one.open() as opened:
                 yield Counted(opened, plan.session("info"), plan.words, given_format=plan.input_format is not None)
 
     def _results(self, session: "Session") -> Generator[bytes, None, None]:
-        """Read all inputs through a session; when it comes to its end the complaints are known."""
+        """Reads all inputs through a session; at its end the complaints are known."""
         plan = self._plan
         reader = Silent()
         reading = Reading(

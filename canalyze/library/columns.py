@@ -77,11 +77,11 @@ class Column(NamedTuple):
     unit: str
     """ns, us, bytes, bits, % or 1/s; `unit`: as the column of that name says; "" where there is none."""
     nullable: bool
-    """Whether there may be none."""
+    """True if there may be none."""
 
 
 def columns(table: str) -> tuple[Column, ...]:
-    """Give the columns of a table, one of `column_tables()`. ValueError for another name.
+    """Returns the columns of a table, one of `column_tables()`. ValueError for another name.
 
     All but `nodes` and `events` are those of `Capture.tables`; `pdo` and `wide` stand for the tables of PDOs, in
     which the signals follow. Lists of a capture give the same columns, as far as a row has them.
@@ -93,7 +93,7 @@ def columns(table: str) -> tuple[Column, ...]:
 
 
 def column_tables() -> tuple[str, ...]:
-    """Give the names of all tables."""
+    """Returns the names of all tables."""
     return tuple(_COLUMNS)
 
 
@@ -104,16 +104,16 @@ def _column(text: str) -> Column:
 
 
 class Tabular:
-    """What can be handed over as a table."""
+    """Rows that can be converted to a table."""
 
     __slots__ = ()
 
     def arrow(self) -> "pyarrow.Table":
-        """Give it as a `pyarrow.Table`; `canalyze.columns` lists the columns. CanalyzeError without pyarrow."""
+        """Returns it as a `pyarrow.Table`; `canalyze.columns` lists the columns. CanalyzeError without pyarrow."""
         raise NotImplementedError
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Give it as a DataFrame of pandas, integers as integers also where some are missing (extra `pandas`)."""
+        """Returns it as a DataFrame of pandas, integers as integers also where some are missing (extra `pandas`)."""
         pandas = needs("pandas")
         table = self.arrow()
         arrow = needs("pyarrow", "pandas")
@@ -124,17 +124,17 @@ class Tabular:
         return table.to_pandas(types_mapper=mapped.get)
 
     def to_polars(self) -> "polars.DataFrame":
-        """Give it as a DataFrame of polars (extra `polars`)."""
+        """Returns it as a DataFrame of polars (extra `polars`)."""
         frame: polars.DataFrame = needs("polars").DataFrame(self.arrow())
         return frame
 
     def _repr_html_(self) -> str:
-        """Give its first rows for a notebook."""
+        """Returns its first rows for a notebook."""
         names, rows, count, what = self._shown()
         return html_table(names, rows, f"{count} {what}")
 
     def _shown(self) -> tuple[Sequence[str], Iterable[Sequence[object]], int, str]:
-        """Give what a notebook shows: names of columns, first rows, how many there are, and of what."""
+        """Returns names of columns, first rows, the number of rows and their kind, for a notebook."""
         raise NotImplementedError
 
 
@@ -144,17 +144,17 @@ class Table(Tabular):
     __slots__ = ("_core",)
 
     def __init__(self, core: "Core") -> None:
-        """Take the core's table."""
+        """Wraps a table of the core."""
         self._core = core
 
     @property
     def name(self) -> str:
-        """What it is asked for by; of those of PDOs `pdo/BUS/NODE.PDO/VERSION`."""
+        """The name of the table; of those of PDOs `pdo/BUS/NODE.PDO/VERSION`."""
         return self._core.name
 
     @property
     def num_rows(self) -> int:
-        """How many rows it has."""
+        """The number of rows."""
         return self._core.num_rows
 
     @property
@@ -164,15 +164,15 @@ class Table(Tabular):
 
     @property
     def metadata(self) -> dict[str, str]:
-        """Of the schema: `table`, its name; of those of PDOs also bus, node, pdo, version and lang."""
+        """The metadata of the schema: `table`, its name; of those of PDOs also bus, node, pdo, version and lang."""
         return self._core.metadata
 
     def column(self, name: str) -> list[Any]:
-        """Give the values of a column. KeyError: there is none."""
+        """Returns the values of a column. KeyError: there is none."""
         return self._core.column(name)
 
     def arrow(self) -> "pyarrow.Table":
-        """Give it as a `pyarrow.Table`, without a copy. CanalyzeError without pyarrow (extra `arrow`)."""
+        """Returns it as a `pyarrow.Table`, without a copy. CanalyzeError without pyarrow (extra `arrow`)."""
         return needs("pyarrow", "arrow").table(self)
 
     def __len__(self) -> int:
@@ -194,7 +194,7 @@ class Table(Tabular):
 
 
 def table_of(table: str, values: dict[str, list[Any]]) -> "pyarrow.Table":
-    """Make a table of columns that are lists, of the types that `columns` has."""
+    """Makes a table of columns that are lists, of the types that `columns` has."""
     arrow = needs("pyarrow", "arrow")
 
     made = {"word": arrow.string, "bool": arrow.bool_}
@@ -210,7 +210,7 @@ def table_of(table: str, values: dict[str, list[Any]]) -> "pyarrow.Table":
 
 
 def html_table(names: Sequence[str], rows: Iterable[Sequence[object]], caption: str) -> str:
-    """Give a short table for a notebook; what comes from a capture is escaped."""
+    """Returns a short table for a notebook; what comes from a capture is escaped."""
     heads = "".join(f"<th>{escape(name)}</th>" for name in names)
     body = [
         "".join(f"<td>{escape(_cell(value))}</td>" for value in row)

@@ -28,5 +28,5 @@ def table(name: str) -> str:
 
 
 def warn(name: str, today: str) -> None:
-    """Warn whoever has used a former name."""
+    """Warns about the use of a former name."""
     warnings.warn(f"{name} is called {today} now", DeprecationWarning, stacklevel=3)

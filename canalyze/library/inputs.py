@@ -1,4 +1,4 @@
-"""What `canalyze.open` is given, as inputs that can be read again and again.
+"""The sources of `canalyze.open`, as inputs that can be read again and again.
 
 Files stay where they are; everything else is taken at once and kept as bytes. It must not know a format: what is in
 bytes tells the reader, as of a file.
@@ -29,12 +29,12 @@ class Input:
     path: Path | None
     """The file, absolute; None for what is in memory."""
     data: bytes = b""
-    """What is in memory."""
+    """The content in memory."""
     form: str | None = None
     """Its format where it is known."""
 
     def open(self) -> "Capture | PythonCanCapture":
-        """Open it; SourceError where that cannot be."""
+        """Opens it; SourceError if that fails."""
         if self.form == "packed":
             return Capture(Memory(self.name, self.data), self.form)
         source = Memory(self.name, self.data) if self.path is None else Source(str(self.path), self.name)
@@ -42,7 +42,7 @@ class Input:
 
 
 def inputs(source: Any, plan: Plan) -> tuple[Input, ...]:
-    """Take what there is to be read; TypeError for what is none of it, SourceError for a file that is not there."""
+    """Returns the inputs of a source; TypeError for another type, SourceError for a file that is missing."""
     if isinstance(source, str | os.PathLike):
         return (_file(source, plan),)
     if isinstance(source, bytes | bytearray | memoryview):
@@ -68,7 +68,7 @@ def inputs(source: Any, plan: Plan) -> tuple[Input, ...]:
 
 
 def _file(name: Any, plan: Plan) -> Input:
-    """Take a file; SourceError where it cannot be opened: nobody wants to hear of it only when it is read."""
+    """Returns the input of a file; SourceError, before it is read, if it cannot be opened."""
     if not isinstance(name, str | os.PathLike):
         raise TypeError(f"source: files are needed, not {type(name).__name__}")
     path = plan.folder / os.fspath(name)

@@ -36,18 +36,18 @@ _KINDS: Final[Mapping[str, tuple[type, ...]]] = {
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """How something is read, checked."""
+    """The settings by which something is read, checked."""
 
     folder: Path
     """Where relative names are looked for."""
     options: SessionOptions
-    """What its sessions have in common."""
+    """The options that its sessions have in common."""
     words: Words
     """The language of complaints."""
     input_format: str | None
-    """What the files are, where their content does not tell."""
+    """The format of the files, where their content does not tell it."""
     merge: bool
-    """Whether files are joined by time."""
+    """True if files are joined by time."""
     said: tuple[str, ...]
     """Lines about descriptions."""
     described: "Mapping[tuple[str | None, int], Dictionary | ObjectDictionary]"
@@ -68,13 +68,13 @@ class Plan:
         }
 
     def session(self, form: str, filter: str | None = None, **more: Any) -> "Session":  # noqa: A002  an option's name
-        """Start the core; ValueError for what it cannot accept."""
+        """Starts a session of the core; ValueError for settings that it refuses."""
         from canalyze._core import Session
 
         return Session(self.options._replace(format=form, filter=filter or self.options.filter, **more))
 
     def dictionary(self, bus: str | None, node: int) -> "ObjectDictionary | None":
-        """Give the description of a node as python-canopen has it; None where it has none."""
+        """Returns the description of a node as python-canopen has it; None if it has none."""
         found = self.described.get((bus, node), self.described.get((None, node)))
         from canalyze.dictionary.model import Dictionary
 
@@ -86,7 +86,7 @@ class Plan:
 
 
 def plan(who: str, options: Known | Options) -> Plan:
-    """Check options and read descriptions. who: the function that was given them."""
+    """Checks options and reads descriptions. who: the function with these options."""
     from canalyze.configuration import config as configuration
     from canalyze.configuration.descriptions import carriers, network_rows
     from canalyze.configuration.descriptions import network as known
@@ -154,7 +154,7 @@ def plan(who: str, options: Known | Options) -> Plan:
 
 
 def shown_as(path: Path) -> str:
-    """Give the name for messages: relative to the current directory where the file is below it."""
+    """Returns the name for messages: relative to the current directory if the file is below it."""
     here = Path.cwd()
     return str(path.relative_to(here)) if path.is_relative_to(here) else str(path)
 
@@ -162,7 +162,7 @@ def shown_as(path: Path) -> str:
 def _described(
     eds: Descriptions, base: Path, words: Words, read: "dict[str, Dictionary]", own: "dict[str, ObjectDictionary]"
 ) -> Iterable[network.Description]:
-    """Take descriptions; those that are no files are read now, each by a name of its own."""
+    """Yields descriptions; those that are no files are read now, each by a name of its own."""
     if not isinstance(eds, Sequence):
         if not hasattr(eds, "items"):
             raise TypeError(f"eds={eds!r}: a dictionary of descriptions by node is needed, not {type(eds).__name__}")
@@ -195,7 +195,7 @@ def _file(
 
 
 def _texts(name: str, given: Any) -> list[str]:
-    """Take several texts; one text alone is several letters, which nobody means."""
+    """Returns a list of texts; a single text is one item."""
     try:
         texts = [given] if isinstance(given, str) else list(given)
     except TypeError:

@@ -1,6 +1,6 @@
 """Problems of a capture as a list with small finders.
 
-A problem itself is in `canalyze.problem`. It must not read: what is in a list was read before.
+A problem itself is in `canalyze.records`. It must not read: what is in a list was read before.
 """
 
 from collections.abc import Iterable
@@ -9,7 +9,7 @@ from typing import ClassVar, Literal, Self
 
 from canalyze.library.former import renamed
 from canalyze.library.rows import Rows, one_of
-from canalyze.problem import FORMER_STATUSES, STATUSES, Problem, Status
+from canalyze.records import FORMER_STATUSES, STATUSES, Problem, Status
 
 
 class Problems(Rows[Problem]):
@@ -30,13 +30,14 @@ class Problems(Rows[Problem]):
         "cause": lambda one: one.cause and one.cause.id,
         "cause_link": lambda one: one.cause and one.cause.link,
         "cause_grade": lambda one: one.cause and one.cause.grade,
+        "subject": None,
         "checks": None,
         "facts": None,
     }
     _first = ("id", "problem", "status", "node", "begin_frame", "t_ns", "cause", "message")
 
     def __init__(self, rows: Iterable[Problem], order: Iterable[int] = ()) -> None:
-        """Take them. order: the numbers of the roots as they are read, the most important first."""
+        """Creates a list. order: the numbers of the roots as they are read, the most important first."""
         super().__init__(rows)
         self._order = tuple(order)
 
@@ -45,13 +46,13 @@ class Problems(Rows[Problem]):
 
     @property
     def roots(self) -> Self:
-        """Give those that nothing else has caused, the most important first."""
+        """The problems that nothing else has caused, the most important first."""
         place = {number: place for place, number in enumerate(self._order)}
         return type(self)(sorted((one for one in self if one.is_root), key=lambda one: place.get(one.id, one.id)))
 
     @property
     def open(self) -> Self:
-        """Give those that have not ended, roots and what follows from them."""
+        """The problems that have not ended, roots and their consequences."""
         return self._only(lambda one: one.status == "open")
 
     standing = renamed("standing", "open")
@@ -64,7 +65,7 @@ class Problems(Rows[Problem]):
         kind: str | None = None,
         status: Status | Literal["stands", "over"] | None = None,
     ) -> Self:
-        """Give those that concern a node, on a bus, of a kind or status. ValueError for a status that there is none.
+        """Returns those of a node, bus, kind or status. ValueError for an unknown status.
 
         The former names of statuses, stands and over, are accepted for a release.
         """
@@ -80,16 +81,16 @@ class Problems(Rows[Problem]):
         )
 
     def by_id(self, number: int) -> Problem:
-        """Give the one of this number; KeyError where there is none."""
+        """Returns the problem of this number; KeyError if there is none."""
         found = next((one for one in self if one.id == number), None)
         if found is None:
             raise KeyError(number)
         return found
 
     def cause_of(self, one: Problem) -> Problem | None:
-        """Give the problem that caused one; None where none is known."""
+        """Returns the problem that caused one; None if none is known."""
         return None if one.cause is None else self.by_id(one.cause.id)
 
     def effects_of(self, one: Problem) -> Self:
-        """Give the problems that one has caused."""
+        """Returns the problems that one has caused."""
         return self._only(lambda other: other.id in one.effects)

@@ -1,4 +1,4 @@
-"""What a capture is asked for, as lists that do not change: SDO transfers and findings, with small finders.
+"""Contents of a capture as lists that do not change: SDO transfers and findings, with small finders.
 
 A finder gives a list of the same kind. It must not read: what is in a list was read before.
 """
@@ -9,9 +9,8 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self, TypeAlias, TypeVar, overload
 
 from canalyze.configuration import network
-from canalyze.finding import SEVERITIES, Finding, Severity
 from canalyze.library.columns import Tabular, columns, table_of
-from canalyze.library.event import Event, Frame, Transfer
+from canalyze.records import SEVERITIES, Event, Finding, Frame, Severity, Transfer
 
 if TYPE_CHECKING:
     import pyarrow
@@ -38,7 +37,7 @@ class Rows(Tabular, Sequence[T]):
     """Columns that a notebook shows."""
 
     def __init__(self, rows: Iterable[T]) -> None:
-        """Take the rows, in their order."""
+        """Creates a list of the rows, in their order."""
         self._rows = tuple(rows)
 
     @overload
@@ -46,7 +45,7 @@ class Rows(Tabular, Sequence[T]):
     @overload
     def __getitem__(self, place: slice) -> Self: ...
     def __getitem__(self, place: int | slice) -> T | Self:
-        """Give one, or a list of the same kind."""
+        """Returns one, or a list of the same kind."""
         return type(self)(self._rows[place]) if isinstance(place, slice) else self._rows[place]
 
     def __len__(self) -> int:
@@ -71,7 +70,7 @@ class Rows(Tabular, Sequence[T]):
         return repr(row)
 
     def _getters(self) -> dict[str, Callable[[Any], object]]:
-        """Give what makes the value of each column that a row knows."""
+        """Returns the functions that make the values of the columns."""
         if not self._table:
             raise TypeError(f"{self._what}: no table has such rows")
         names = [one.name for one in columns(self._table)]
@@ -80,7 +79,7 @@ class Rows(Tabular, Sequence[T]):
         return {name: get for name in names if (get := made.get(name))}
 
     def arrow(self) -> "pyarrow.Table":
-        """Give it as a `pyarrow.Table`; `canalyze.columns` lists the columns. CanalyzeError without pyarrow."""
+        """Returns it as a `pyarrow.Table`; `canalyze.columns` lists the columns. CanalyzeError without pyarrow."""
         getters = self._getters()
         return table_of(self._table, {name: [get(row) for row in self] for name, get in getters.items()})
 
@@ -95,7 +94,7 @@ class Rows(Tabular, Sequence[T]):
 
 
 def _short(one: Any) -> str | None:
-    """Give an object as tables have it: 1017:00."""
+    """Returns an object as tables have it: 1017:00."""
     return None if one.object is None else f"{one.object.index:04X}:{one.object.sub:02X}"
 
 
@@ -104,13 +103,13 @@ def _index(one: Any) -> int | None:
 
 
 def _whole(one: Any) -> int | None:
-    """Give a value that is an integer of 64 bits with sign."""
+    """Returns a value that is an integer of 64 bits with sign, else None."""
     value = one.value
     return value if isinstance(value, int) and not isinstance(value, bool) and -(1 << 63) <= value < 1 << 63 else None
 
 
 def number(one: Any) -> float | None:
-    """Give a value that is a number."""
+    """Returns a value that is a number, else None."""
     return float(one.value) if isinstance(one.value, int | float) and not isinstance(one.value, bool) else None
 
 
@@ -124,7 +123,7 @@ class Events(Rows[Event]):
         "event": lambda one: type(one).__name__.lower(),
         "frame": lambda one: one.last_frame if isinstance(one, Transfer) else one.frame,
         "t_ns": lambda one: getattr(one, "t_ns", None),
-        "text": lambda one: one.message if isinstance(one, Finding) else one.text or "",
+        "text": lambda one: one.message if isinstance(one, Finding) else one.text,
     }
     _first = ("frame", "t_ns", "event", "node", "text")
 
@@ -162,7 +161,6 @@ class Transfers(Rows[Transfer]):
         "boolean": lambda one: one.value if isinstance(one.value, bool) else None,
         "integer": _whole,
         "value": number,
-        "text": lambda one: one.text or "",
         "abort_code": lambda one: one.abort and one.abort.code,
         "abort_by": lambda one: one.abort and one.abort.by,
         "abort_text": lambda one: one.abort and one.abort.text,
@@ -181,7 +179,7 @@ class Transfers(Rows[Transfer]):
         bus: str | None = None,
         status: Literal["ok", "aborted", "incomplete", "failed"] | None = None,
     ) -> Self:
-        """Return those of a node, an object, a direction ...
+        """Returns those of a node, an object, a direction ...
 
         object: "1018:01", "1018h:01", (0x1018, 1), or 0x1018 and "1018" with all sub-indexes. ValueError for what is no
         object, and for words that no transfer has.
@@ -219,13 +217,13 @@ class Findings(Rows[Finding]):
         return f"{row.severity} {row.code} at frame {row.frame}"
 
     def at_least(self, severity: Severity) -> Self:
-        """Give those of this severity or worse: info, warning, error. ValueError for another word."""
+        """Returns those of this severity or worse: info, warning, error. ValueError for another word."""
         one_of("severity", severity, SEVERITIES)
         bad = SEVERITIES[SEVERITIES.index(severity) :]
         return self._only(lambda finding: finding.severity in bad)
 
     def of(self, code: str) -> Self:
-        """Give those of a rule (SDO005), or of all that begin so (SDO). ValueError where there is no such rule."""
+        """Returns those of a rule (SDO005), or of all that begin so (SDO). ValueError if there is no such rule."""
         from canalyze._core import rules
 
         if not isinstance(code, str):
@@ -236,7 +234,7 @@ class Findings(Rows[Finding]):
 
 
 def address(given: ObjectLike) -> tuple[str, int | None]:
-    """Return the index of an object, four hexadecimal digits, and its sub-index; None: all of them.
+    """Returns the index of an object, four hexadecimal digits, and its sub-index; None: all of them.
 
     TypeError for what is neither text nor integers, ValueError for what is no object.
     """
@@ -255,6 +253,6 @@ def address(given: ObjectLike) -> tuple[str, int | None]:
 
 
 def one_of(name: str, value: str | None, choices: Sequence[str]) -> None:
-    """Raise ValueError for a word that is none of those: what it is compared with would just never be the same."""
+    """Raises ValueError for a word that is none of the choices."""
     if value is not None and value not in choices:
         raise ValueError(f"{name}={value!r}: one of {', '.join(choices)}")

@@ -1,67 +1,22 @@
 """Signals of PDOs, typed: long rows, one a value, and the values of one signal as a series.
 
-Read from the core's JSON lines and never made here. It must not read a capture, judge or print.
+It must not read a capture, judge or print.
 """
 
 import difflib
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable
 from datetime import UTC, datetime
-from operator import itemgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Final, overload
 
 from canalyze.library.columns import needs
 from canalyze.library.rows import Rows, number
-from canalyze.values import ObjectRef, Timed
+from canalyze.records import Signal, Value
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _DATES: Final = 100_000_000
 """Seconds from which on a time is a date."""
-Value = int | float | str | None
-"""A number; bytes as hexadecimal text, an integer beyond 2^53 as decimal text; None where the payload is too short."""
-
-
-@dataclass(frozen=True, slots=True)
-class Signal(Timed):
-    """One value of one signal."""
-
-    t: str | None
-    """Time of the frame in seconds, a decimal string with all its digits; None without stamps."""
-    frame: int
-    """Number of the frame, from 1."""
-    bus: str | None
-    """The bus, where the capture names it."""
-    node: int
-    """Node-ID of the PDO's owner."""
-    pdo: str
-    """The PDO: TPDO1."""
-    signal: str
-    """The signal's name, as a line of `decode` has it."""
-    value: Value
-    """The value with sign, type and factor applied, in `unit`."""
-    raw: Value
-    """The unsigned number in the payload."""
-    unit: str | None
-    """The unit, by the description of the device."""
-    provenance: str
-    """Where the mapping is known from: observed, option, dcf or eds."""
-    index: str
-    """Index of the mapped object, four hexadecimal digits."""
-    sub: int
-    """Its sub-index."""
-    text: str | None
-    """The value in words."""
-
-    @property
-    def object(self) -> ObjectRef:
-        """The object as the standard writes it, 6041h:00."""
-        return ObjectRef(int(self.index, 16), self.sub)
-
-    def __repr__(self) -> str:
-        value = f"{self.value!r} {self.unit}" if self.unit else repr(self.value)
-        return f"<Signal {self.node}.{self.pdo}.{self.signal} = {value}, frame {self.frame}>"
 
 
 class _Values(Rows[Signal]):
@@ -108,7 +63,7 @@ class Series(_Values):
         return [row.t_s for row in self._rows]
 
     def plot(self, axes: "Axes | None" = None, **options: Any) -> "Axes":
-        """Draw the values as steps over their times with matplotlib; return the axes (extra `plot`).
+        """Draws the values as steps over their times with matplotlib; returns the axes (extra `plot`).
 
         axes: where it is drawn; a new figure otherwise. options: those of `Axes.step`, such as `color`. Times that are
         dates are in UTC; without stamps the numbers of the frames take their place. ValueError where no value is a
@@ -169,7 +124,7 @@ class Signals(_Values):
     """Every value of every signal, in the order of frames; `signals["5.TPDO4.velocity actual value"]` is a series."""
 
     def __init__(self, rows: Iterable[Signal]) -> None:
-        """Take the rows, in the order of frames."""
+        """Creates a list of the rows, in the order of frames."""
         super().__init__(rows)
         self._grouped: dict[tuple[str | None, int, str, str, int, str], list[Signal]] | None = None
 
@@ -202,7 +157,7 @@ class Signals(_Values):
     @overload
     def __getitem__(self, place: str) -> Series: ...
     def __getitem__(self, place: int | slice | str) -> "Signal | Signals | Series":
-        """Give one value, some, or the series of a signal.
+        """Returns one value, some, or the series of a signal.
 
         A signal is named as for --select: by its name or its object (6041:00), alone, behind the node (`5.`) or behind
         node and PDO (`5.TPDO4.`), with the bus before it where needed (`can1:`); case does not matter. KeyError if no
@@ -231,11 +186,3 @@ def _names(key: tuple[str | None, int, str, str, int, str]) -> set[str]:
     own = [signal, index, f"{index}:{sub:02X}", f"{index}h:{sub:02X}"]
     names = [prefix + name for name in own for prefix in ("", f"{node}.", f"{node}.{pdo}.")]
     return {name.lower() for name in [*names, *(f"{bus}:{name}" for name in names)]}
-
-
-_FIELDS: Final = itemgetter(*Signal.__dataclass_fields__)
-
-
-def signal(row: Mapping[str, Any]) -> Signal:
-    """Take one object of the core (`"kind": "signal"`)."""
-    return Signal(*_FIELDS(row))

@@ -20,11 +20,10 @@ from typing import TYPE_CHECKING, Any, Final, Self, TypeVar, Unpack
 from canalyze.configuration import network
 from canalyze.errors import SourceError
 from canalyze.library import Known
-from canalyze.library.event import Event, records
 from canalyze.library.former import renamed
 from canalyze.library.plan import Plan, plan
 from canalyze.library.problem import Problems
-from canalyze.problem import Problem
+from canalyze.records import Event, Overview, Problem, events
 from canalyze.running.reading import Reading
 from canalyze.sources import live as blocks
 from canalyze.sources.memory import bus_of, is_message
@@ -39,7 +38,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 _TICK_S: Final = 0.1
-"""How long iterating waits before it lets the time of the frames go on."""
+"""The time that iterating waits before it lets the time of the frames go on."""
 _MOST: Final = 1 << 20
 """Events that wait at most."""
 _REMARKS: Final = 1000
@@ -51,23 +50,23 @@ class Silent:
     ended: Final = False
 
     def __init__(self) -> None:
-        """Have none yet."""
+        """Starts without complaints."""
         self.complaints: list[str] = []
 
     def during(self, wait: Callable[[], T]) -> T | None:
-        """Do what may wait long: nothing ends it."""
+        """Calls a function that may wait long: nothing ends it."""
         return wait()
 
     def complain(self, line: str) -> None:
-        """Keep a line."""
+        """Keeps a line."""
         self.complaints.append(line)
 
     def failed(self, error: SourceError) -> None:
-        """Raise what has gone wrong."""
+        """Raises the error."""
         raise error
 
     def step(self, size: int, frames: int) -> None:
-        """Nobody is shown any progress."""
+        """Does nothing: progress is not shown."""
 
 
 class Stream:
@@ -78,7 +77,7 @@ class Stream:
     """
 
     def __init__(self, made: Plan) -> None:
-        """Start the core."""
+        """Starts a session of the core."""
         self._plan = made
         self._session = made.session("events", incidents=True)
         self._reader = Silent()
@@ -92,14 +91,14 @@ class Stream:
 
     @property
     def problems(self) -> Problems:
-        """What went wrong, whether it still is, and why: known when it was stopped, empty before."""
+        """The problems with their status and causes: complete once it was stopped, empty before."""
         return Problems(self._final, self._order)
 
     incidents = renamed("incidents", "problems")
 
     @property
     def complaints(self) -> tuple[str, ...]:
-        """What is to be told in words: repaired descriptions, frames that were lost, what an adapter has said."""
+        """Remarks in words: repaired descriptions, frames that were lost, messages of adapters."""
         return self._plan.said + tuple(self._reader.complaints)
 
     @property
@@ -108,11 +107,11 @@ class Stream:
         return self._session.frames
 
     def stop(self) -> None:
-        """End it; what is known only at the end is among the events then. From any thread; twice is harmless."""
+        """Ends it; events that are known only at the end follow then. From any thread; twice is harmless."""
         raise NotImplementedError
 
     def take(self) -> list[Event]:
-        """Give the events that wait, without waiting for more."""
+        """Returns the events that wait, without waiting for more."""
         return self._wait(0)
 
     def get(self, timeout: float | None = None) -> Event | None:
@@ -127,45 +126,45 @@ class Stream:
         return self._events.popleft()
 
     def __iter__(self) -> Iterator[Event]:
-        """Give events until it is stopped."""
+        """Yields events until it is stopped."""
         while got := self._wait(_TICK_S) or not self._over:
             if isinstance(got, list):
                 yield from got
 
     async def __aiter__(self) -> AsyncIterator[Event]:
-        """Give events until it is stopped; waiting is done in another thread."""
+        """Yields events until it is stopped; waiting is done in another thread."""
         while got := await asyncio.to_thread(self._wait, _TICK_S) or not self._over:
             if isinstance(got, list):
                 for event in got:
                     yield event
 
     def __enter__(self) -> Self:
-        """Give it."""
+        """Returns it."""
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Stop it."""
+        """Stops it."""
         self.stop()
 
     def _wait(self, timeout_s: float) -> list[Event]:
-        """Give what waits; where nothing does, wait so long. Nothing at all, once `_over`: nothing ever comes."""
+        """Returns the events that wait, or those of this time. None, once `_over`: no more come."""
         raise NotImplementedError
 
     def _typed(self, result: bytes) -> list[Event]:
-        """Take a result of the core."""
+        """Returns the events in a result of the core."""
         found: list[Event] = []
-        for one in records(result):
+        for one in events(result):
             if isinstance(one, Problem):
                 self._final.append(one)
-            elif isinstance(one, tuple):
-                self._order = one
+            elif isinstance(one, Overview):
+                self._order = one.order
             else:
                 found.append(one)
         return found
 
 
 class Listener(Stream):
-    """What python-can's `Notifier` calls with each message of one bus or several.
+    """A listener for python-can's `Notifier`, with the messages of one bus or several.
 
         with canalyze.Listener(eds={5: "drive.eds"}) as listener:
             notifier = can.Notifier(bus, [listener])
@@ -198,7 +197,7 @@ class Listener(Stream):
         most: int = _MOST,
         **options: Unpack[Known],
     ) -> None:
-        """Be ready for messages.
+        """Creates a listener.
 
         on_event: is called with each event; without it they wait to be asked for. names: what a bus is called in
         events, by the channel of its messages; as the channel otherwise. name: what stands for the file in events.
@@ -226,7 +225,7 @@ class Listener(Stream):
         self._session.begin(str(name), False, "live")
 
     def __call__(self, message: "Message") -> None:
-        """Take a message; as `on_message_received`."""
+        """Adds a message, as `on_message_received`."""
         if not is_message(message):
             raise TypeError(f"message: a can.Message is needed, not {type(message).__name__}")
         if not message.timestamp > 0:  # also what is no number
@@ -248,18 +247,18 @@ class Listener(Stream):
             self._feed(before + block + several)
 
     def on_message_received(self, msg: "Message") -> None:
-        """Take a message."""
+        """Adds a message."""
         self(msg)
 
     def on_error(self, exc: Exception) -> None:
-        """Take it that a bus cannot be received from: frames may be missing until there is one again."""
+        """Notes that a bus cannot be received from: frames may be missing until the next one."""
         with self._lock:
             self._complain(" ".join(f"{type(exc).__name__}: {exc}".split())[:200])
             if not self._over:
                 self._feed(b"".join(blocks.gap_block(index) for index, _ in self._channels.values()))
 
     def advance(self, seconds: float | None = None, *, ns: int | None = None, to_ns: int | None = None) -> None:
-        """Let time go on without a frame, so that what should have come is missed, as a heartbeat.
+        """Advances the time without a frame, so that a missing heartbeat is noticed.
 
         seconds, ns: by how much, from the last frame or call on. to_ns: up to this time, on the clock of the stamps.
         Nothing given: as much as has passed on this host since the last frame, less 0.1 s for frames on their way.
@@ -289,7 +288,7 @@ class Listener(Stream):
                 self._feed(blocks.until_block(until))
 
     def stop(self) -> None:
-        """End it, as the Notifier does; later messages are passed over."""
+        """Ends it, as the Notifier does; later messages are passed over."""
         with self._lock:
             if self._over:
                 return
@@ -298,7 +297,7 @@ class Listener(Stream):
             self._arrived.notify_all()
 
     async def over(self, messages: "AsyncIterable[Message]") -> AsyncIterator[Event]:
-        """Give the events of messages that come asynchronously, as of python-can's `AsyncBufferedReader`; then stop."""
+        """Yields the events of messages that come asynchronously, as of `can.AsyncBufferedReader`; then stops."""
         try:
             async for message in messages:
                 self(message)
@@ -325,7 +324,7 @@ class Listener(Stream):
         self._dispatch(self._session.feed(data))
 
     def _dispatch(self, result: bytes) -> None:
-        """Hand events on, the lock held: in order also where a callback brings further ones."""
+        """Dispatches events with the lock held: in order also if a callback brings further ones."""
         for line in self._session.complaints():
             self._complain(line)
         self._events.extend(self._typed(result))
@@ -367,7 +366,7 @@ class Bus(Stream):
     """
 
     def __init__(self, made: Plan, receiving: "blocks.Live") -> None:
-        """Take what receives."""
+        """Creates a bus of a receiver."""
         super().__init__(made)
         self._receiving = receiving
 
@@ -379,11 +378,11 @@ class Bus(Stream):
         receiving.start()
 
     def stop(self) -> None:
-        """End the receiving; what was received is still given."""
+        """Ends the receiving; events that were received still follow."""
         self._receiving.stop()
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Stop it and let the channels go."""
+        """Stops it and closes the channels."""
         self._receiving.close()
         self._results.close()
 
@@ -409,7 +408,7 @@ def live(
     duration: float | None = None,
     **options: Unpack[Known],
 ) -> Bus:
-    """Listen to channels: `with canalyze.live("can0") as bus: for event in bus: ...`, or `async for`.
+    """Listens to channels: `with canalyze.live("can0") as bus: for event in bus: ...`, or `async for`.
 
     interface: SocketCAN on Linux, or one of python-can's: then bitrate, data_bitrate, fd and adapter (what else
     python-can is told, by the names of its parameters) count. reconnect: a channel that is lost is waited for.

@@ -1,4 +1,4 @@
-"""What a program does with whole captures: compare two, write one in another format, its figures, the rules.
+"""Functions for whole captures: to compare two, to write one in another format, its figures, the rules.
 
 What the commands of these names print, these give. Must not: print.
 """
@@ -12,11 +12,10 @@ from canalyze.library import Descriptions, Options, Source, StrPath
 from canalyze.library import open as open_
 from canalyze.library.capture import Capture
 from canalyze.library.columns import html_table
-from canalyze.library.event import Frame
 from canalyze.library.problem import Problems
 from canalyze.library.rows import ObjectLike, address, one_of
 from canalyze.output import Output
-from canalyze.problem import Problem
+from canalyze.records import Frame, Problem
 
 if TYPE_CHECKING:
     from can import Message
@@ -28,11 +27,11 @@ class Diff(Sequence[Mapping[str, Any]]):
     """In what two captures differ: false where they do not, `str()` the text of `canalyze diff`."""
 
     def __init__(self, text: str, records: Sequence[Mapping[str, Any]], count: int) -> None:
-        """Take what the core says."""
+        """Creates a result of the core's records and text."""
         self._text = text
         self._records = tuple(records)
         self.differences = count
-        """How many there are; several of the same count once."""
+        """The number of differences; several of the same count once."""
 
     def __bool__(self) -> bool:
         return self.differences > 0
@@ -41,7 +40,7 @@ class Diff(Sequence[Mapping[str, Any]]):
         return len(self._records)
 
     def __getitem__(self, place: Any) -> Any:
-        """Give one record, as `canalyze diff --format jsonl` has it, or some."""
+        """Returns one record, as `canalyze diff --format jsonl` has it, or some."""
         return self._records[place]
 
     def __str__(self) -> str:
@@ -55,13 +54,13 @@ class Summary:
     """A capture in figures: the records of `canalyze summary --format jsonl`, and `str()` the text of the command."""
 
     def __init__(self, records: Sequence[Mapping[str, Any]], text: str) -> None:
-        """Take what the core says."""
+        """Creates a result of the core's records and text."""
         self.records = tuple(records)
         """All records, each with its `kind`."""
         self._text = text
 
     def of(self, kind: str) -> list[Mapping[str, Any]]:
-        """Give the records of a kind: capture, bus, node, identifier ... ValueError for a kind that is not there."""
+        """Returns the records of a kind: capture, bus, node, identifier ... ValueError for a kind that is not there."""
         one_of("kind", kind, sorted({one["kind"].removeprefix("summary_") for one in self.records}))
         return [one for one in self.records if one["kind"] == f"summary_{kind}"]
 
@@ -75,20 +74,20 @@ class Summary:
         return f"<Summary: {len(self.records)} records>"
 
     def _repr_html_(self) -> str:
-        """Give what a notebook shows: nodes and their frames."""
+        """Returns the nodes and their frames, for a notebook."""
         nodes = [one for one in self.records if one["kind"] == "summary_node"]
         rows = [(one["bus"], one["node"], one["name"], one["state_name"], one["frames"]) for one in nodes]
         return html_table(("bus", "node", "name", "state", "frames"), rows, f"{len(nodes)} nodes")
 
 
 class Diagnosis(Sequence[Problem]):
-    """What went wrong: the problems that no other has caused, the most important first; harmless ones are left out.
+    """The problems that no other has caused, the most important first; harmless ones are left out.
 
     False where there are none; `str()` the text of `canalyze FILE`.
     """
 
     def __init__(self, problems: Problems, text: str) -> None:
-        """Take what the core says, and its report."""
+        """Creates a result of the core's records and report."""
         self.problems = problems
         """All of them: what follows from others too, and what is harmless."""
         self._roots = [one for one in problems.roots if one.status != "harmless"]
@@ -98,7 +97,7 @@ class Diagnosis(Sequence[Problem]):
         return len(self._roots)
 
     def __getitem__(self, place: Any) -> Any:
-        """Return one, or some."""
+        """Returns one, or some."""
         return self._roots[place]
 
     @property
@@ -120,7 +119,7 @@ class Inventory(Sequence[Mapping[str, Any]]):
     """
 
     def __init__(self, records: Iterable[Mapping[str, Any]], text: str) -> None:
-        """Take what the core says, and its report."""
+        """Creates a result of the core's records and report."""
         records = list(records)
         self.nodes = tuple(one for one in records if one["kind"] == "od_node")
         """The records of the devices."""
@@ -131,7 +130,7 @@ class Inventory(Sequence[Mapping[str, Any]]):
         return len(self._objects)
 
     def __getitem__(self, place: Any) -> Any:
-        """Return one object, or some."""
+        """Returns one object, or some."""
         return self._objects[place]
 
     def of(
@@ -141,7 +140,7 @@ class Inventory(Sequence[Mapping[str, Any]]):
         object: ObjectLike | None = None,  # noqa: A002  the standard's word
         bus: str | None = None,
     ) -> list[Mapping[str, Any]]:
-        """Return those of a node, of an object (0x1017, (0x1018, 1), "1018:01"), on a bus; ValueError for no object."""
+        """Returns those of a node, an object (0x1017, (0x1018, 1), "1018:01") or a bus; ValueError for no object."""
         index, sub = (None, None) if object is None else address(object)
         wanted = {"node": node, "index": index, "sub": sub, "bus": bus}
         asked = {key: value for key, value in wanted.items() if value is not None}
@@ -175,7 +174,7 @@ def diff(
     buses: Iterable[tuple[str, str]] = (),
     **options: Unpack[Options],
 ) -> Diff:
-    """Compare two captures as CANopen; captures of `open`, or what `open` takes, with its options.
+    """Compares two captures as CANopen; captures of `open`, or sources of `open` with its options.
 
     tolerance: by how much periods may differ, as a part of the shorter one. buses: names of buses that are one bus, in
     `a` and in `b`; others are matched by name, else by their nodes. ValueError for a bus that is not there.
@@ -200,19 +199,19 @@ def diff(
 
 
 def summary(source: "Source | Capture", **options: Unpack[Options]) -> Summary:
-    """Give a capture in figures; a capture of `open`, or what `open` takes, with its options."""
+    """Returns a capture in figures; a capture of `open`, or a source of `open` with its options."""
     from canalyze.reports.summary_text import show
     from canalyze.words import Words
 
     capture = _capture(source, options)
-    records = [json.loads(line) for line in capture.through("summary")[1].splitlines()]
+    result = capture.through("summary")[1]
     text = _Text()
-    show(records, text, Words(capture.lang))
-    return Summary(records, text.data.decode("utf-8", "replace"))
+    show(result, text, Words(capture.lang))
+    return Summary([json.loads(line) for line in result.splitlines()], text.data.decode("utf-8", "replace"))
 
 
 def diagnose(source: "Source | Capture", **options: Unpack[Options]) -> Diagnosis:
-    """Diagnose a capture of `open`, or what `open` takes, with its options; several files are one capture.
+    """Diagnoses a capture of `open`, or a source of `open` with its options; several files are one capture.
 
     `capture.html()` is the same as a page.
     """
@@ -220,11 +219,11 @@ def diagnose(source: "Source | Capture", **options: Unpack[Options]) -> Diagnosi
     from canalyze.words import Words
 
     capture = _capture(source, options)
-    *records, whole = capture.diagnosed
+    found, whole = capture.diagnosed
     text = _Text()
     names = [capture.name] if len(capture.paths) == 1 else []
     everything = Chosen(None, None, None)
-    show(of_buses(records), whole, text, Words(capture.lang), names, everything=False, chosen=everything)
+    show(of_buses(found), whole, text, Words(capture.lang), names, everything=False, chosen=everything)
     return Diagnosis(capture.problems, text.data.decode("utf-8", "replace"))
 
 
@@ -235,7 +234,7 @@ def explain(
     lang: Literal["en", "zh"] = "en",
     folder: StrPath | None = None,
 ) -> str:
-    """Explain a frame field by field, a code, an object or a term, as `canalyze explain` does.
+    """Explains a frame field by field, a code, an object or a term, as `canalyze explain` does.
 
     what: a text as on the command line ("705#7F", "1017:00", "SDO001", "inhibit time"), a frame of a capture, a message
     of python-can, or an integer: from 10000h on an SDO abort code, below that the same as its text with an h behind it.
@@ -253,7 +252,7 @@ def explain(
 
 
 def _explained(what: Any) -> str:
-    """Return what is asked for as the command line has it."""
+    """Returns the question as the command line has it."""
     if isinstance(what, str):
         return what
     if isinstance(what, int) and not isinstance(what, bool):
@@ -276,7 +275,7 @@ def _explained(what: Any) -> str:
 
 
 def od(source: "Source | Capture", *, at: float | None = None, **options: Unpack[Options]) -> Inventory:
-    """Return the objects of the devices in a capture, by what the traffic shows of them.
+    """Returns the objects of the devices in a capture, as far as the traffic shows them.
 
     source, options: as for `diagnose`. at: the values so many seconds from its begin; those at its end otherwise.
     """
@@ -287,19 +286,16 @@ def od(source: "Source | Capture", *, at: float | None = None, **options: Unpack
         raise ValueError(f"at={at!r}: seconds, 0 or more")
     capture = _capture(source, options)
     until_ns = None if at is None else round(at * 1e9)
-    records, shown = (
-        [json.loads(line) for line in capture.through(form, until_ns=until_ns)[1].splitlines()]
-        for form in ("objects", "objects-text")
-    )
+    objects, shown = (capture.through(form, until_ns=until_ns)[1] for form in ("objects", "objects-text"))
     text = _Text()
     show(shown, text, Words(capture.lang))
-    return Inventory(records, text.data.decode("utf-8", "replace"))
+    return Inventory(map(json.loads, objects.splitlines()), text.data.decode("utf-8", "replace"))
 
 
 def convert(
     source: "Source | Capture", out: StrPath, *, to: str | None = None, force: bool = False, **options: Unpack[Options]
 ) -> tuple[str, ...]:
-    """Write a capture in another format, by the name of the file or `to`; give what that cannot hold, in words.
+    """Writes a capture in another format, by the name of the file or `to`; returns the losses, in words.
 
     The file is there only when it is complete. force: one that is there is replaced. OutputError for what cannot be
     written, ValueError for a format that there is none of.
@@ -326,7 +322,7 @@ def convert(
 
 
 def rules(lang: Literal["en", "zh"] = "en") -> "tuple[Rule, ...]":
-    """Give every rule: code, name, severity, clause of the standard, and in words message, meaning and cause."""
+    """Returns every rule: code, name, severity, clause of the standard, and in words message, meaning and cause."""
     from canalyze import _core
 
     one_of("lang", lang, ("en", "zh"))

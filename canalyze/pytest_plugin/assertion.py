@@ -1,4 +1,4 @@
-"""What a failed assertion was about: where transfers and findings differ, annotated lines of the capture, its problems.
+"""Explanations of failed assertions: differences of transfers and findings, annotated lines, problems.
 
 pytest keeps the values of an assertion's parts in the frame that raised it; those of a capture are taken from there.
 It must not make a test fail, nor raise.
@@ -6,18 +6,17 @@ It must not make a test fail, nor raise.
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Final
 
+from msgspec.structs import fields
+
 from canalyze.errors import CanalyzeError
-from canalyze.finding import Finding, Line
 from canalyze.library.capture import Capture
-from canalyze.library.event import Transfer
 from canalyze.library.problem import Problems
 from canalyze.library.rows import Findings, Rows, Transfers
-from canalyze.library.series import Series, Signal
+from canalyze.library.series import Series
 from canalyze.output import printable
-from canalyze.problem import Problem
+from canalyze.records import Finding, Line, Problem, Signal, Transfer
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -38,7 +37,7 @@ Range = tuple[int, int]
 
 
 def compared(op: str, left: object, right: object, words: Words) -> list[str] | None:
-    """Explain a comparison of transfers, findings or lists of them; None for everything else."""
+    """Explains a comparison of transfers, findings or lists of them; None for everything else."""
     if op != "==":
         return None
     if isinstance(left, Transfer) and isinstance(right, Transfer):
@@ -93,7 +92,7 @@ def _more(count: int, words: Words) -> list[str]:
 def sections(
     failure: "pytest.ExceptionInfo[BaseException]", opened: Iterable[Capture], words: Words
 ) -> list[tuple[str, str]]:
-    """Give sections for the report: annotated lines of what the assertion that failed was about."""
+    """Returns sections for the report: annotated lines of the objects of the assertion that failed."""
     entry = failure.traceback[-1]
     local = entry.frame.f_locals
     statement = str(entry.statement)
@@ -141,7 +140,7 @@ def _sections(parts: list[Any], captures: list[Capture], statement: str, words: 
 
 
 def _told(capture: Capture | None, incidents: list[Problem] | None, words: Words) -> list[str]:
-    """Return the lines of `diagnose` about problems, or about the open ones."""
+    """Returns the lines of `diagnose` about problems, or about the open ones."""
     if capture is None:
         return [_incident(one) for one in incidents or ()]
     try:
@@ -152,19 +151,19 @@ def _told(capture: Capture | None, incidents: list[Problem] | None, words: Words
 
 
 def _is(value: object, kind: type) -> bool:
-    """Tell what something is, not what it says it is: a mock of it has nothing to show."""
+    """Returns true if the type itself is this one: a mock of it has nothing to show."""
     return issubclass(type(value), kind)
 
 
 def _last(parts: list[Any], one: type, several: type[Rows[Any]]) -> list[Any]:
-    """Give the things of a kind, or those of the last list of them."""
+    """Returns the objects of a kind, or those of the last list of them."""
     single = {id(part): part for part in parts if _is(part, one)}
     lists = [part for part in parts if _is(part, several)]
     return list(single.values()) or (list(lists[-1]) if lists else [])
 
 
 def _loaded(capture: Capture, *, transfers: bool) -> tuple[list[Finding], list[Transfer]]:
-    """Give what is bad in a capture: its findings, or its transfers."""
+    """Returns the findings of a capture, or its transfers."""
     try:
         if transfers:
             return [], [one for one in capture.transfers if one.status != "ok"]
@@ -178,7 +177,7 @@ def _value(signal: Signal) -> float:
 
 
 def _around(finding: Finding) -> list[Range]:
-    """Give the frames that may have led to a finding that comes without lines."""
+    """Returns the frames that may have led to a finding that comes without lines."""
     if finding.frame is None:
         return []
     near = max(finding.frame - _BEFORE, 1)
@@ -187,11 +186,11 @@ def _around(finding: Finding) -> list[Range]:
 
 
 Block = tuple[str, Sequence[Line] | list[Range]]
-"""What it is, and its lines, or the frames whose lines are to be read."""
+"""A title, and its lines, or the frames whose lines are to be read."""
 
 
 def _shown(blocks: Sequence[Block], rows: Sequence[Any], captures: list[Capture], words: Words) -> str:
-    """Write what each is, and its lines below; lines that are not there yet are read in one pass."""
+    """Returns each with its lines below; missing lines are read in one pass."""
     wanted = [part for _, below in blocks for one in below if not isinstance(one, Line) for part in _ends(one)]
     capture = next((one for one in captures if one.gave(rows[0])), None)
     lines: dict[int, list[Line]] = {}
@@ -217,6 +216,6 @@ def _shown(blocks: Sequence[Block], rows: Sequence[Any], captures: list[Capture]
 
 
 def _ends(one: Range) -> list[Range]:
-    """Give a range of frames, of a long one only both ends."""
+    """Returns a range of frames, of a long one only both ends."""
     first, last = max(one[0], 1), one[1]
     return [(first, last)] if last - first < 2 * _LINES else [(first, first + _LINES - 1), (last - _LINES + 1, last)]

@@ -27,9 +27,11 @@ import os
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from msgspec import to_builtins
+
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.output import jsonl
-from canalyze.problem import Problem
+from canalyze.records import Problem
 
 
 def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
@@ -61,27 +63,9 @@ def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
 
 
 def _finding(one: Counted, fails: bool) -> dict[str, Any]:
-    finding = one.finding
     return {
-        "kind": "finding",
-        "code": finding.code,
-        "name": finding.name,
-        "severity": finding.severity,
-        "file": finding.file,
-        "frame": finding.frame,
-        "line": finding.line,
-        "t": finding.t,
-        "cause_frame": finding.cause_frame,
-        "cause_line": finding.cause_line,
-        "about_frame": finding.about_frame,
-        "because_of": finding.because_of,
-        "bus": finding.bus,
-        "node": finding.node,
-        "index": finding.index,
-        "sub": finding.sub,
-        "message": finding.message,
-        "facts": finding.facts,
-        "lines": [{"frame": line.frame, "text": line.text} for line in finding.lines],
+        **to_builtins(one.finding),
+        "about_frame": one.finding.about_frame,
         "count": one.count,
         "frames": [other.frame for other in one.shown if other.frame is not None],
         "known": one.known,
@@ -101,8 +85,8 @@ def _incident(one: Problem, known: int, *, fails: bool) -> dict[str, Any]:
         "status": one.status,
         "impact": one.impact,
         "grade": one.grade,
-        "begin": {"frame": one.begin.frame, "t": one.begin.t},
-        "end": None if one.end is None else {"frame": one.end.frame, "t": one.end.t},
+        "begin": to_builtins(one.begin),
+        "end": to_builtins(one.end),
         "message": one.message,
         "frames": list(one.frames),
         "known": known,

@@ -9,9 +9,8 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from canalyze.check.verdict import Counted, Verdict
-from canalyze.finding import SEVERITIES, Finding
 from canalyze.output import Output, dyed, printable
-from canalyze.problem import Problem
+from canalyze.records import SEVERITIES, Finding, Problem
 from canalyze.reports import wording
 from canalyze.words import Words
 

@@ -6,11 +6,14 @@ how to see it. Must not: judge.
 
 import re
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from msgspec.structs import replace
 
 from canalyze.output import Output, dyed, printable
 from canalyze.output.layout import pad, width, wrap
+from canalyze.records import Overview, Problem, Step
 from canalyze.reports import wording
 from canalyze.words import Words
 
@@ -27,13 +30,13 @@ _COLUMN: Final = 100
 """The column of the numbers of frames."""
 _NARROW: Final = 20
 """Columns that a text has, however narrow the terminal is."""
+_AROUND: Final = 2
+"""Frames that are shown before and behind a step."""
 _FRAMES: Final = 8
 """Frames that are named of one rule."""
 _STATES: Final = ("open", "unknown", "ended", "harmless")
 _COLOURS: Final = {"open": "error", "unknown": "warning", "ended": "clean", "harmless": "quiet", "unjudged": "warning"}
 """By status."""
-
-Record = Mapping[str, Any]
 
 
 class Chosen(NamedTuple):
@@ -45,8 +48,8 @@ class Chosen(NamedTuple):
 
 
 def show(
-    incidents: Sequence[Record],
-    whole: Record,
+    incidents: Sequence[Problem],
+    whole: Overview,
     out: Output,
     words: Words,
     names: Sequence[str],
@@ -55,22 +58,22 @@ def show(
     chosen: Chosen,
 ) -> None:
     """Writes the report. incidents: those that are asked for, by `chosen`; names: the files, to be typed again."""
-    by_id = {one["id"]: one for one in incidents}
-    roots = [by_id[number] for number in whole["order"] if number in by_id]
-    told = roots if everything else [one for one in roots if one["status"] != "harmless"]
-    worst, said = verdict(roots, whole, words)
-    lines = [f"{said}{_only(chosen, words)}   {whole['extent']}"]
-    loose = [whole["loose_text"]] if whole["loose_text"] and chosen == Chosen(None, None, None) else []
+    by_id = {one.id: one for one in incidents}
+    roots = [by_id[number] for number in whole.order if number in by_id]
+    told = roots if everything else [one for one in roots if one.status != "harmless"]
+    worst, said = verdict(roots, whole.nature, words)
+    lines = [f"{said}{_only(chosen, words)}   {whole.extent}"]
+    loose = [whole.loose_text] if whole.loose_text and chosen == Chosen(None, None, None) else []
     if not told:
-        lines += [whole["notice"]] if whole["notice"] else [line for line in (whole["looked"], whole["well"]) if line]
+        lines += [whole.notice] if whole.notice else [line for line in (whole.looked, whole.well) if line]
         lines += [*loose, *_nodes(whole, by_id, words, chosen)]
         hidden = len(roots)
     else:
-        lines += [whole["notice"]] if whole["notice"] else []
+        lines += [whole.notice] if whole.notice else []
         nodes = _nodes(whole, by_id, words, chosen)
         alike = _alike(told) if not everything else {}
         stories, hidden = _stories(
-            [one for one in told if one["id"] not in alike],
+            [one for one in told if one.id not in alike],
             alike,
             by_id,
             words,
@@ -90,26 +93,27 @@ class Diagnosed(NamedTuple):
     """A recording and its problems."""
 
     names: tuple[str, ...]
-    incidents: Sequence[Record]
-    whole: Record
+    incidents: Sequence[Problem]
+    order: Sequence[int]
+    nature: str
 
     @property
-    def roots(self) -> list[Record]:
+    def roots(self) -> list[Problem]:
         """The problems that come from no other, most important first."""
-        by_id = {one["id"]: one for one in self.incidents}
-        return [by_id[number] for number in self.whole["order"] if number in by_id]
+        by_id = {one.id: one for one in self.incidents}
+        return [by_id[number] for number in self.order if number in by_id]
 
 
-def of_buses(incidents: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def of_buses(incidents: Iterable[Problem]) -> list[Problem]:
     """Returns the incidents, each with its bus before its sentence if there are several."""
-    return [{**one, "message": one["texts"]["title"]} for one in incidents]
+    return [replace(one, message=one.texts.title) for one in incidents]
 
 
-def verdict(roots: Sequence[Record], whole: Record, words: Words) -> tuple[str, str]:
+def verdict(roots: Sequence[Problem], nature: str, words: Words) -> tuple[str, str]:
     """Returns the status of the worst of these problems, and the words of the verdict about them."""
     from canalyze._core import verdict
 
-    return verdict(words.lang, whole["nature"], [sum(one["status"] == status for one in roots) for status in _STATES])
+    return verdict(words.lang, nature, [sum(one.status == status for one in roots) for status in _STATES])
 
 
 def show_each(
@@ -117,19 +121,19 @@ def show_each(
 ) -> None:
     """Writes a line for each recording, the worst first. unread: how many could not be read; totals: no such lines."""
     states = (*_STATES[:2], "unjudged", "ended")
-    found = [(*verdict(row.roots, row.whole, words), row) for row in rows]
+    found = [(*verdict(row.roots, row.nature, words), row) for row in rows]
 
     def rank(one: tuple[str, str, Diagnosed]) -> tuple[int, int, int]:
         worst, _, row = one
-        open_ones = sum(one["status"] == "open" for one in row.roots)
-        told = sum(one["status"] != "harmless" for one in row.roots)
+        open_ones = sum(one.status == "open" for one in row.roots)
+        told = sum(one.status != "harmless" for one in row.roots)
         return states.index(worst), -open_ones, -told
 
     cells = []
     for worst, said, row in [] if totals else sorted(found, key=rank):
         first, *further = (printable(name) for name in row.names)
         name = f"{first} ... {further[-1]} ({len(row.names)})" if further else first
-        headline = next((printable(one["message"]) for one in row.roots if one["status"] != "harmless"), "")
+        headline = next((printable(one.message) for one in row.roots if one.status != "harmless"), "")
         cells.append((worst, said, name, headline))
     wide, named = (max((width(cell[place]) for cell in cells), default=0) for place in (1, 2))
     room = shutil.get_terminal_size().columns if out.is_terminal else None
@@ -148,22 +152,22 @@ def show_each(
 def further_of_each(rows: Sequence[Diagnosed], out: Output, words: Words) -> None:
     """Writes the commands to type next."""
     if rows:
-        first = next((row for row in rows if verdict(row.roots, row.whole, words)[0] == "open"), rows[0])
+        first = next((row for row in rows if verdict(row.roots, row.nature, words)[0] == "open"), rows[0])
         files = " ".join(map(wording.capture_name, first.names))
         out.text(words("diagnose.more", said=f"canalyze {files} · --join") + "\n")
 
 
 def tell(
     story: int,
-    incidents: Sequence[Record],
-    whole: Record,
+    incidents: Sequence[Problem],
+    whole: Overview,
     lines: Mapping[int, str],
     out: Output,
     words: Words,
     names: Sequence[str],
 ) -> None:
     """Writes one story in full. lines: the annotated frames around its steps, by their number; names: the files."""
-    by_id = {one["id"]: one for one in incidents}
+    by_id = {one.id: one for one in incidents}
     rules = {rule.code: rule.message for rule in _rules(words.lang)}
     shown = set[int]()
     story_lines: list[str] = []
@@ -173,7 +177,7 @@ def tell(
         told += _advice(one, words)
         told += _findings(one, rules, words)
         story_lines += [indent + line for line in told]
-        if not depth and any(effect in by_id and not by_id[effect]["root"] for effect in one["effects"]):
+        if not depth and any(effect in by_id and not by_id[effect].is_root for effect in one.effects):
             story_lines.append(words("diagnose.consequences"))
     story_lines.append(_further(by_id[story], names, words))
     for place, line in enumerate(story_lines):
@@ -181,59 +185,59 @@ def tell(
         out.text((dyed(line.rstrip(), "own", out=out) if own else line.rstrip()) + "\n")
 
 
-def _head(one: Record, depth: int, words: Words) -> list[str]:
+def _head(one: Problem, depth: int, words: Words) -> list[str]:
     """Returns the lines about its kind, its status and its cause."""
-    standing = words.of("problem_status", one["status"])
-    impact = words.of("problem_impact", one["impact"])
-    grade = words.of("problem_grade", one["grade"])
+    standing = words.of("problem_status", one.status)
+    impact = words.of("problem_impact", one.impact)
+    grade = words.of("problem_grade", one.grade)
     lines = [
-        f"{'→ ' if depth else ''}{one['id']}  {printable(one['message'])}  [{standing}]",
+        f"{'→ ' if depth else ''}{one.id}  {printable(one.message)}  [{standing}]",
         "   " + words("diagnose.meaning", impact=impact, grade=grade),
     ]
-    texts = one["texts"]
-    lines += [f"   {texts['repeats']}"] if texts["repeats"] else []
-    if texts["because"]:
-        why = words("diagnose.between").join(filter(None, (texts["why"], texts["delay"])))
-        lines += [f"   {texts['because']}", "   " + words("diagnose.why", said=why)]
+    texts = one.texts
+    lines += [f"   {texts.repeats}"] if texts.repeats else []
+    if texts.because:
+        why = words("diagnose.between").join(filter(None, (texts.why, texts.delay)))
+        lines += [f"   {texts.because}", "   " + words("diagnose.why", said=why)]
     return lines
 
 
-def _steps(one: Record, whole: Record, lines: Mapping[int, str], shown: set[int], words: Words) -> list[str]:
+def _steps(one: Problem, whole: Overview, lines: Mapping[int, str], shown: set[int], words: Words) -> list[str]:
     """Returns the steps, with the annotated frames around them; a frame is shown once."""
     found: list[str] = []
-    steps = one["steps"] or [{**one["begin"], "role": "sign", "text": one["message"], "finding": None}]
+    steps = one.steps or (Step(one.begin.frame, one.begin.t, "sign", one.message, None),)
     for step in steps:
-        role = words.of("problem_role", step["role"])
-        at = _seconds(step["t"], whole, words)
-        found.append(f"   {at} #{step['frame']} {role}: {printable(step['text'])}".replace("    #", "   #"))
-        for frame in range(step["frame"] - 2, step["frame"] + 3):
+        role = words.of("problem_role", step.role)
+        at = _seconds(step.t, whole, words)
+        found.append(f"   {at} #{step.frame} {role}: {printable(step.text)}".replace("    #", "   #"))
+        for frame in range(step.frame - _AROUND, step.frame + _AROUND + 1):
             if frame not in lines or frame in shown:
                 continue
             shown.add(frame)
-            mark = ">" if frame == step["frame"] else " "
+            mark = ">" if frame == step.frame else " "
             first, *notes = lines[frame].split("\n")
             found.append(f"     {mark} #{frame} {printable(first)}")
             found += [f"            {printable(note)}" for note in notes if note]
     return found
 
 
-def _advice(one: Record, words: Words) -> list[str]:
+def _advice(one: Problem, words: Words) -> list[str]:
     """Returns the signs that distinguish causes, and the checks to begin with."""
     lines = []
-    if one["apart"]:
+    if one.apart:
         lines.append("   " + words("diagnose.apart"))
-        lines += [f"     {'+' if tell['told'] else '?'} {printable(tell['text'])}" for tell in one["apart"]]
-    if one["checks_left"]:
+        lines += [f"     {'+' if tell.told else '?'} {printable(tell.text)}" for tell in one.apart]
+    if one.checks_left:
         lines.append("   " + words("diagnose.html_check") + words("diagnose.colon"))
-        lines += [f"     {place}. {printable(text)}" for place, text in enumerate(one["checks_left"], 1)]
+        lines += [f"     {place}. {printable(text)}" for place, text in enumerate(one.checks_left, 1)]
     return lines
 
 
-def _findings(one: Record, rules: Mapping[str, str], words: Words) -> list[str]:
+def _findings(one: Problem, rules: Mapping[str, str], words: Words) -> list[str]:
     """Returns the findings in it, those of one rule in a line."""
     frames: dict[str, list[int]] = {}
-    for entry in one["findings"]:
-        frames.setdefault(entry["code"], []).extend([entry["about_frame"]] if entry["about_frame"] else [])
+    for entry in one.cited:
+        frames.setdefault(entry.code, []).extend([entry.about_frame] if entry.about_frame else [])
     lines = [] if not frames else ["   " + words("diagnose.found")]
     for code, numbers in frames.items():
         at = ", ".join(f"#{number}" for number in sorted(numbers)[:_FRAMES])
@@ -242,15 +246,15 @@ def _findings(one: Record, rules: Mapping[str, str], words: Words) -> list[str]:
     return lines
 
 
-def _further(one: Record, names: Sequence[str], words: Words) -> str:
+def _further(one: Problem, names: Sequence[str], words: Words) -> str:
     """Returns the commands to type next."""
     file = wording.capture_name(names[0]) if len(names) == 1 else "FILE"
     commands = [
-        f"canalyze explain {one['problem']}",
-        f"canalyze decode {file} --frame {_around(one['begin']['frame'])}",
+        f"canalyze explain {one.kind}",
+        f"canalyze decode {file} --frame {_around(one.begin.frame)}",
     ]
-    if one["cause"] is not None:
-        commands.insert(0, f"canalyze {file} -n {one['cause']['id']}")
+    if one.cause is not None:
+        commands.insert(0, f"canalyze {file} -n {one.cause.id}")
     return str(words("diagnose.more", said=" · ".join(commands)))
 
 
@@ -260,27 +264,33 @@ def _rules(lang: str) -> "Sequence[Rule]":
     return rules(lang)
 
 
-def stories(roots: Sequence[Record], incidents: Sequence[Record], words: Words) -> list[str]:
+def stories(roots: Sequence[Problem], incidents: Sequence[Problem], words: Words) -> list[str]:
     """Returns the lines of some stories as the report has them, each with its consequences and what to check first."""
-    by_id = {one["id"]: one for one in incidents}
+    by_id = {one.id: one for one in incidents}
     return [line for one in roots for line in _story(one, by_id, words, _EFFECTS, checks=True)]
 
 
-def tree(one: Record, by_id: Mapping[int, Record], depth: int = 0) -> Iterator[tuple[int, Record]]:
+def tree(one: Problem, by_id: Mapping[int, Problem], depth: int = 0) -> Iterator[tuple[int, Problem]]:
     """Returns an incident and its consequences, each with the number of causes between."""
     yield depth, one
-    for effect in one["effects"]:
-        if effect in by_id and not by_id[effect]["root"]:
+    for effect in one.effects:
+        if effect in by_id and not by_id[effect].is_root:
             yield from tree(by_id[effect], by_id, depth + 1)
 
 
-def root(one: Record, by_id: Mapping[int, Record]) -> Record:
+def root(one: Problem, by_id: Mapping[int, Problem]) -> Problem:
     """Returns the incident from which this one comes."""
     for _ in by_id:
-        if one["root"] or one["cause"] is None or one["cause"]["id"] not in by_id:
+        if one.is_root or one.cause is None or one.cause.id not in by_id:
             break
-        one = by_id[one["cause"]["id"]]
+        one = by_id[one.cause.id]
     return one
+
+
+def near(incidents: Iterable[Problem]) -> set[int]:
+    """Returns the numbers of the frames around each step."""
+    steps = {frame for one in incidents for frame in (one.begin.frame, *(step.frame for step in one.steps))}
+    return {frame + place for frame in steps for place in range(-_AROUND, _AROUND + 1)}
 
 
 def _only(chosen: Chosen, words: Words) -> str:
@@ -295,65 +305,63 @@ def _only(chosen: Chosen, words: Words) -> str:
 
 
 def _stories(
-    roots: Sequence[Record], alike: Mapping[int, int], by_id: Mapping[int, Record], words: Words, room: int | None
+    roots: Sequence[Problem], alike: Mapping[int, int], by_id: Mapping[int, Problem], words: Words, room: int | None
 ) -> tuple[list[str], int]:
     """Returns the lines of the stories, and how many stories are left out. room: lines that there are for them."""
     for effects, checks in ((_EFFECTS, True), (2, True), (2, False), (1, False), (0, False)):
-        blocks = [_story(one, by_id, words, effects, checks=checks or one["status"] == "open") for one in roots]
+        blocks = [_story(one, by_id, words, effects, checks=checks or one.status == "open") for one in roots]
         for one, block in zip(roots, blocks, strict=True):
-            if more := sum(first == one["id"] for first in alike.values()):
+            if more := sum(first == one.id for first in alike.values()):
                 block.insert(1, f"     {words('diagnose.alike', count=more)}")
-        headings = len({one["status"] for one in roots})
+        headings = len({one.status for one in roots})
         if room is None or sum(map(len, blocks)) + headings <= room:
             break
     lines, left, heading = list[str](), 0, ""
     for one, block in zip(roots, blocks, strict=True):
-        fresh = [words.of("problem_heading", one["status"])] if one["status"] != heading else []
+        fresh = [words.of("problem_heading", one.status)] if one.status != heading else []
         if room is not None and len(lines) + len(fresh) + len(block) > room:
             left += 1
             continue
-        heading = one["status"]
+        heading = one.status
         lines += [*fresh, *block]
     return lines, left
 
 
-def _alike(roots: Sequence[Record]) -> dict[int, int]:
+def _alike(roots: Sequence[Problem]) -> dict[int, int]:
     """Returns the stories that repeat an earlier one, of the same kind, subject and status, with that."""
     first: dict[tuple[object, ...], int] = {}
     alike = {}
     for one in roots:
-        subject = tuple(sorted((key, str(value)) for key, value in one["subject"].items()))
-        key = (one["problem"], subject, one["status"])
+        key = (one.kind, one.subject, one.status)
         if key in first:
-            alike[one["id"]] = first[key]
-        first.setdefault(key, one["id"])
+            alike[one.id] = first[key]
+        first.setdefault(key, one.id)
     return alike
 
 
-def _story(one: Record, by_id: Mapping[int, Record], words: Words, effects: int, *, checks: bool) -> list[str]:
+def _story(one: Problem, by_id: Mapping[int, Problem], words: Words, effects: int, *, checks: bool) -> list[str]:
     below = [entry for entry in tree(one, by_id) if entry[0]]
     # Whose consequences have no line of their own: their numbers are missing below.
     untold = f" → {words('diagnose.more_effects', count=len(below))}" if below and not effects else ""
-    lines = [_placed(f" {one['id']:>2}  {printable(one['message'])}{untold}", one)]
+    lines = [_placed(f" {one.id:>2}  {printable(one.message)}{untold}", one.begin.frame)]
     for depth, effect in below[:effects]:
-        grade = words.of("problem_grade", effect["cause"]["grade"])
+        grade = words.of("problem_grade", effect.cause.grade if effect.cause else "")
         lines.append(
             _placed(
-                f"     {'  ' * (depth - 1)}→ {effect['id']}  {printable(effect['message'])}"
-                f"{effect['texts']['after']}  {grade}",
-                effect,
+                f"     {'  ' * (depth - 1)}→ {effect.id}  {printable(effect.message)}{effect.texts.after}  {grade}",
+                effect.begin.frame,
             )
         )
     if len(below) > effects and effects:
         lines.append(f"     → {words('diagnose.more_effects', count=len(below) - effects)}")
     if effects >= _EFFECTS - 2 and not below:
         lines += [
-            _placed(f"     → {printable(step['text'])}", {"begin": step})
-            for step in one["steps"]
-            if step["role"] in ("reaction", "attempt", "recovery")
+            _placed(f"     → {printable(step.text)}", step.frame)
+            for step in one.steps
+            if step.role in ("reaction", "attempt", "recovery")
         ][:2]
-    if checks and one["checks_text"] and one["status"] != "harmless":
-        said = words("diagnose.between").join(one["checks_text"][:3])
+    if checks and one.checks and one.status != "harmless":
+        said = words("diagnose.between").join(one.checks[:3])
         lines.append(f"     {words('diagnose.check_first', said=said)}")
     return lines
 
@@ -387,31 +395,31 @@ def _fitted(line: str, columns: int) -> list[str]:
     return found
 
 
-def _placed(line: str, one: Record) -> str:
-    frame = f"#{one['begin']['frame']}"
+def _placed(line: str, number: int) -> str:
+    frame = f"#{number}"
     return f"{pad(line, _COLUMN)} {frame}" if width(line) < _COLUMN else f"{line}  {frame}"
 
 
-def _seconds(t: str | None, whole: Record, words: Words) -> str:
-    if t is None or whole["begin"] is None:
+def _seconds(t: str | None, whole: Overview, words: Words) -> str:
+    if t is None or whole.begin is None:
         return ""
-    return str(words("diagnose.seconds", seconds=f"{float(t) - float(whole['begin']):.3f}"))
+    return str(words("diagnose.seconds", seconds=f"{float(t) - float(whole.begin):.3f}"))
 
 
-def _nodes(whole: Record, by_id: Mapping[int, Record], words: Words, chosen: Chosen) -> list[str]:
-    if whole["nature"] != "canopen":  # nothing shows that these are nodes
+def _nodes(whole: Overview, by_id: Mapping[int, Problem], words: Words, chosen: Chosen) -> list[str]:
+    if whole.nature != "canopen":  # nothing shows that these are nodes
         return []
     # What is not asked for is not said to be well.
     nodes = [
         node
-        for node in whole["nodes"]
-        if chosen.node in (None, node["node"])
-        and chosen.bus in (None, node["bus"])
-        and (node["problem"] is None or node["problem"] in by_id)
+        for node in whole.nodes
+        if chosen.node in (None, node.node)
+        and chosen.bus in (None, node.bus)
+        and (node.problem is None or node.problem in by_id)
     ]
     # Where there is no room for all, those with problems come first.
-    chosen_nodes = sorted(nodes, key=lambda node: node["problem"] is None)[:_NODES] if len(nodes) > _NODES else nodes
-    cells = [[str(cell) for cell in node["cells"]] for node in chosen_nodes]
+    chosen_nodes = sorted(nodes, key=lambda node: node.problem is None)[:_NODES] if len(nodes) > _NODES else nodes
+    cells = [node.cells for node in chosen_nodes]
     wide = [max(map(width, column)) for column in zip(*cells, strict=True)]
     lines = [
         "  ".join(
@@ -424,15 +432,15 @@ def _nodes(whole: Record, by_id: Mapping[int, Record], words: Words, chosen: Cho
     return [words("diagnose.heading_nodes"), *(f"  {line}" for line in lines)] if lines else []
 
 
-def _more(told: Sequence[Record], names: Sequence[str], hidden: int, words: Words) -> str:
+def _more(told: Sequence[Problem], names: Sequence[str], hidden: int, words: Words) -> str:
     """Returns the commands to type next."""
     file = wording.capture_name(names[0]) if len(names) == 1 else "FILE"
     commands = []
     if told:
         first = told[0]
         commands = [
-            f"canalyze {file} -n {first['id']}",
-            f"canalyze decode {file} --frame {_around(first['begin']['frame'])}",
+            f"canalyze {file} -n {first.id}",
+            f"canalyze decode {file} --frame {_around(first.begin.frame)}",
         ]
     else:
         commands = [f"canalyze summary {file}", f"canalyze decode {file}"]

@@ -24,6 +24,7 @@ from typing import Any, BinaryIO, Final, TypeAlias
 from canalyze.dictionary.dbc import identifier
 from canalyze.errors import OutputError
 from canalyze.output.writing import Part
+from canalyze.records import Transfer, records
 from canalyze.reports import contents
 from canalyze.words import Words
 
@@ -69,15 +70,15 @@ class Directory:
     def add(self, pieces: Sequence[tuple[str, bytes, str, Sequence[Hole], str]]) -> None:
         """Adds (name, more bytes, status, holes, line of the transfer) as they come from the core."""
         for name, data, status, holes, line in pieces:
-            about = json.loads(line) if line else {}
-            if about.get("index") == f"{_SOFTWARE:04X}" and isinstance(about["value"], int):
-                self._software[about["bus"], about["node"], about["sub"]] = about["value"]
+            about = next(records(line.encode(), Transfer), None)
+            if about and about.object and about.object.index == _SOFTWARE and isinstance(about.value, int):
+                self._software[about.bus, about.node, about.object.sub] = about.value
             try:
                 self._add(name, data, status, holes, about)
             except OSError as error:
                 raise OutputError("output.write", name=self._path / name, error=error) from error
 
-    def _add(self, name: str, data: bytes, status: str, holes: Sequence[Hole], about: dict[str, Any]) -> None:
+    def _add(self, name: str, data: bytes, status: str, holes: Sequence[Hole], about: Transfer | None) -> None:
         if name not in self._open:
             if not data and not (status == "ok" and not holes):
                 return
@@ -92,9 +93,9 @@ class Directory:
         os.close(part.fd)  # thousands of transfers may be under way
         return part
 
-    def _end(self, name: str, status: str, holes: Sequence[Hole] = (), about: dict[str, Any] | None = None) -> None:
+    def _end(self, name: str, status: str, holes: Sequence[Hole] = (), about: Transfer | None = None) -> None:
         part = self._open.pop(name)
-        file = _described(part.path, status, holes, about) if about and about["index"] is not None else None
+        file = _described(part.path, status, holes, about) if about and about.index is not None else None
         name = _named(name, file)
         final = self._path / (name if status == "ok" and not holes else f"{name}.{status}")
         beside = self._path / f"{final.name}.holes.json"
@@ -160,22 +161,23 @@ class Directory:
         return self.files
 
 
-def _described(path: Path, status: str, holes: Sequence[Hole], about: dict[str, Any]) -> dict[str, Any]:
+def _described(path: Path, status: str, holes: Sequence[Hole], about: Transfer) -> dict[str, Any]:
     """Returns the kind of the data of a transfer. Incomplete data are not called damaged."""
     data = path.read_bytes() if path.stat().st_size <= contents.MOST else b""
-    found = contents.recognised(data, int(about["index"], 16))
+    found = contents.recognised(data, int(about.index or "0", 16))
     whole = status == "ok" and not holes
     damage = found.damage if found and whole else None
-    summed = whole and about["mode"] == "block" and about["crc_negotiated"]
+    summed = whole and about.mode == "block" and about.crc_negotiated
     return {
-        **{key: about[key] for key in ("transfer", "bus", "node", "direction", "index", "sub", "name", "status")},
+        "transfer": about.number,
+        **{key: getattr(about, key) for key in ("bus", "node", "direction", "index", "sub", "name", "status")},
         "complete": whole,
-        **{key: about[key] for key in ("size", "size_indicated")},
+        **{key: getattr(about, key) for key in ("size", "size_indicated")},
         "contents": found and {"kind": found.kind, **found.facts},
         "damage": damage and {"kind": damage[0], **damage[1]},
         "suffix": found.suffix if found else None,
         "crc": f"{binascii.crc_hqx(data, 0):04X}" if summed else None,
-        "crc_ok": _WRONG_CRC not in about["findings"] if summed else None,
+        "crc_ok": _WRONG_CRC not in about.findings if summed else None,
     }
 
 

@@ -5,18 +5,21 @@ Must not: count what the core counts, or judge.
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TypeVar
 
 from canalyze.output import Output, dyed, printable
+from canalyze.records import Node, Problem
+from canalyze.records.summary import Bus, Capture, Raised
+from canalyze.records.summary import Record as Summarized
 from canalyze.reports import table, wording
 from canalyze.reports.diagnosis_text import Diagnosed
 from canalyze.reports.table import EMPTY, Column
 from canalyze.words import Words
 
-Record = Mapping[str, Any]
+T = TypeVar("T")
 
 
-def show(captures: Sequence[tuple[str, str | None, Sequence[Record]]], out: Output, words: Words) -> None:
+def show(captures: Sequence[tuple[str, str | None, Sequence[Summarized]]], out: Output, words: Words) -> None:
     """Writes the tables. captures: name, why it was not read as a whole, records of `summary`."""
     right = ("frames", "seconds", "nodes", "transfers", "load", "findings")
     columns = [
@@ -27,9 +30,9 @@ def show(captures: Sequence[tuple[str, str | None, Sequence[Record]]], out: Outp
     found = Counter[str]()
     spread = Counter[str]()
     for _, _, records in captures:
-        for one in _of("finding", records):
-            title = f"{one['code']} {one['name']}"
-            found[title] += one["count"]
+        for one in _of(Raised, records):
+            title = f"{one.code} {one.name}"
+            found[title] += one.count
             spread[title] += 1
     if found:
         out.text("\n")
@@ -39,26 +42,25 @@ def show(captures: Sequence[tuple[str, str | None, Sequence[Record]]], out: Outp
         ]
         ordered = sorted(spread.items(), key=lambda row: (-row[1], row[0]))
         table.write(columns, ([title, str(files), str(found[title])] for title, files in ordered), out)
-    frames = sum(one["frames"] for _, _, records in captures for one in _of("capture", records))
-    hours = sum(float(one["seconds"] or 0) for _, _, records in captures for one in _of("capture", records)) / 3600
+    frames = sum(one.frames for _, _, records in captures for one in _of(Capture, records))
+    hours = sum(float(one.seconds or 0) for _, _, records in captures for one in _of(Capture, records)) / 3600
     out.text("\n" + words("fleet.figures", files=len(captures), frames=frames, hours=f"{hours:.2f}") + "\n")
 
 
 def show_problems(captures: Sequence[Diagnosed], out: Output, words: Words) -> None:
     """Writes the kinds of problems by node, with the number of captures, the most open ones first."""
-    spread: dict[tuple[str, str], list[tuple[str, Record]]] = {}
+    spread: dict[tuple[str, str], list[tuple[str, Problem]]] = {}
     for row in captures:
         for one in row.roots:
-            if one["status"] != "harmless":
-                subject = one["subject"]
-                nodes = [subject["node"]] if subject.get("node") is not None else subject.get("nodes", [])
-                key = one["problem"], wording.ranges(nodes, ", ") or EMPTY
+            if one.status != "harmless":
+                concerned = one.nodes if one.node is None else (one.node,)
+                key = one.kind, wording.ranges(concerned, ", ") or EMPTY
                 spread.setdefault(key, []).append((row.names[0], one))
     if not spread:
         return
 
-    def figures(found: Sequence[tuple[str, Record]]) -> list[int]:
-        states = Counter(one["status"] for _, one in found)
+    def figures(found: Sequence[tuple[str, Problem]]) -> list[int]:
+        states = Counter(one.status for _, one in found)
         return [len({name for name, _ in found}), *(states[state] for state in ("open", "unknown", "ended"))]
 
     ordered = sorted(spread.items(), key=lambda item: (-figures(item[1])[1], -figures(item[1])[0], item[0]))
@@ -71,8 +73,8 @@ def show_problems(captures: Sequence[Diagnosed], out: Output, words: Words) -> N
     rank = ("open", "unknown", "ended")
     rows = []
     for (kind, nodes), found in ordered:
-        name, one = min(found, key=lambda entry: rank.index(entry[1]["status"]))
-        where = f"{wording.capture_name(name)} -n {one['id']}"
+        name, one = min(found, key=lambda entry: rank.index(entry[1].status))
+        where = f"{wording.capture_name(name)} -n {one.id}"
         rows.append([kind, nodes, *map(str, figures(found)), where])
     table.write(columns, rows, out)
     out.text("\n")
@@ -99,21 +101,21 @@ def show_failed(failed: Sequence[tuple[str, str, int]], out: Output, words: Word
         out.text(f"  {printable(said)}{tried}\n")
 
 
-def _of(kind: str, records: Sequence[Record]) -> list[Record]:
-    return [one for one in records if one["kind"] == f"summary_{kind}"]
+def _of(kind: type[T], records: Sequence[Summarized]) -> list[T]:
+    return [one for one in records if isinstance(one, kind)]
 
 
-def _figures(records: Sequence[Record]) -> list[str]:
+def _figures(records: Sequence[Summarized]) -> list[str]:
     """Returns frames, seconds, nodes, transfers, peak of the load, findings; EMPTY where there is none of it."""
-    if not _of("capture", records):
+    if not _of(Capture, records):
         return [EMPTY] * 6
-    (whole,), nodes = _of("capture", records), _of("node", records)
-    loads = [one["load_peak_1s"] for one in _of("bus", records) if one["load_peak_1s"] is not None]
+    (whole,), nodes = _of(Capture, records), _of(Node, records)
+    loads = [one.load_peak_1s for one in _of(Bus, records) if one.load_peak_1s is not None]
     return [
-        str(whole["frames"]),
-        EMPTY if whole["seconds"] is None else f"{float(whole['seconds']):.1f}",
+        str(whole.frames),
+        EMPTY if whole.seconds is None else f"{float(whole.seconds):.1f}",
         str(len(nodes)),
-        str(sum(one["sdo"]["transfers"] for one in nodes)),
+        str(sum(one.transfers for one in nodes)),
         f"{max(loads):.1f}%" if loads else EMPTY,
-        str(sum(one["count"] for one in _of("finding", records))),
+        str(sum(one.count for one in _of(Raised, records))),
     ]

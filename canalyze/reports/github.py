@@ -13,9 +13,8 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from canalyze.check.verdict import Counted, Verdict
-from canalyze.finding import SEVERITIES, Severity
 from canalyze.output import printable
-from canalyze.problem import Problem
+from canalyze.records import SEVERITIES, Problem, Severity
 from canalyze.reports import wording
 from canalyze.sources.file import STDIN
 from canalyze.words import Words

@@ -1,28 +1,26 @@
 """Files that are made of the objects of one node: a DCF, a concise DCF, an EDS; and the lines about them.
 
-Records are those of the core (`canalyze/core/src/tables/jsonl/inventory.rs` documents them). Must not: decide what is
-configuration.
+Must not: decide what is configuration.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from canalyze.dictionary.files import concise, configured, skeleton
 from canalyze.dictionary.model import Address
 from canalyze.errors import OutputError
+from canalyze.records import records
+from canalyze.records.inventory import Head, Object
 from canalyze.words import Words
-
-Record = Mapping[str, Any]
-"""A line of the core."""
 
 
 class Of(NamedTuple):
     """The data that files are made of."""
 
     node: int
-    head: Record
-    objects: list[Record]
+    head: Head
+    objects: list[Object]
     values: dict[Address, bytes]
     """Values that were written and accepted, in that order; no bytes where not all of them are there."""
     description: tuple[bytes, str] | None
@@ -40,16 +38,17 @@ class File(NamedTuple):
     left_out: Sequence[Address] = ()
 
 
-def of(records: Sequence[Record], node: int, description: tuple[bytes, str] | None) -> Of:
-    """Chooses what belongs to a node; OutputError where there is none, or there are several."""
-    heads = [one for one in records if one["kind"] == "od_node" and one["node"] == node]
+def of(result: bytes, node: int, description: tuple[bytes, str] | None) -> Of:
+    """Chooses what belongs to a node in JSON lines; OutputError where there is none, or there are several."""
+    heads = [one for one in records(result, Head) if one.node == node]
     if len(heads) > 1:
-        raise OutputError("od.buses", node=node, buses=", ".join(str(one["bus"]) for one in heads))
+        raise OutputError("od.buses", node=node, buses=", ".join(str(one.bus) for one in heads))
     if not heads:
         raise OutputError("od.no_node", node=node)
-    objects = [one for one in records if one["kind"] == "od_object" and one["node"] == node]
-    written = sorted((one for one in objects if one["configured"]), key=lambda one: int(one["configured"]["frame"]))
-    values = {(int(one["index"], 16), one["sub"]): _whole(one["configured"]) for one in written}
+    objects = [one for one in records(result, Object) if one.node == node]
+    written = [(one.configured, one.address) for one in objects if one.configured]
+    written.sort(key=lambda row: row[0].frame)
+    values = {address: held.whole or b"" for held, address in written}
     return Of(node, heads[0], objects, values, description)
 
 
@@ -89,11 +88,6 @@ def _skeleton(name: str, of: Of) -> File:
 def _configured(of: Of) -> None:
     if not of.values:
         raise OutputError("od.dcf_none", node=of.node)
-
-
-def _whole(held: Record) -> bytes:
-    data = bytes.fromhex(held["data"])
-    return data if len(data) == held["size"] else b""
 
 
 FORMS: Final[dict[str, Callable[[str, Of], File]]] = {"dcf": _dcf, "concise_dcf": _concise, "skeleton": _skeleton}

@@ -4,18 +4,15 @@ It lays out the records that the core hands over (`canalyze/core/src/tables/json
 not: decide what an object is.
 """
 
-import json
-from collections.abc import Iterable, Iterator, Mapping
-from itertools import groupby
-from typing import Any, Final
+from collections.abc import Iterator
+from typing import Final
 
 from canalyze.output import Output, dyed, printable
 from canalyze.output.layout import definitions
+from canalyze.records import records
+from canalyze.records.inventory import Head, Object, ObjectValue, Refusal
 from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
 from canalyze.words import Words
-
-Record = Mapping[str, Any]
-"""A line of the core."""
 
 SOURCES: Final = ("read", "written", "tpdo", "rpdo", "emcy", "refused", "unconfirmed")
 _IDENTITY: Final = ("device_name", "device_type", "vendor_id", "product_code", "revision", "serial")
@@ -27,25 +24,25 @@ _LEAVING: Final = {"time": 1, "bits": 2, "frame": 3, "seen": SPARE, "type": SPAR
 """In which order columns leave a terminal that is too narrow."""
 
 
-def show(records: Iterable[Record], out: Output, words: Words) -> None:
-    """Writes the records of one capture: each node, and its objects."""
+def show(result: bytes, out: Output, words: Words) -> None:
+    """Writes the JSON lines of one capture: each node, and its objects."""
     first = True
-    for node, objects in _by_node(records):
+    for node, objects in _by_node(result):
         if not first:
             out.text("\n")
         first = False
-        key = "od.node" if node["bus"] is None else "od.node_of_bus"
-        heading = words(key, node=node["node"], bus=node["bus"], objects=node["objects"], values=node["values"])
+        key = "od.node" if node.bus is None else "od.node_of_bus"
+        heading = words(key, node=node.node, bus=node.bus, objects=node.objects, values=node.values)
         out.text(dyed(printable(heading), "own", out=out) + "\n")
-        facts = [(words(f"od.{key}"), printable(_fact(node, key, words))) for key in _IDENTITY if node[key]]
+        facts = [(words(f"od.{key}"), printable(_fact(node, key, words))) for key in _IDENTITY if getattr(node, key)]
         out.text("".join(f"{line}\n" for line in definitions(facts)))
         rows = [_object(one, words) for one in objects]
         kept = [place for place, _ in enumerate(_OBJECTS) if any(row[place] != EMPTY for row in rows)]
         table = Table([_column(_OBJECTS[place], words) for place in kept], out, live=False)
         table.add([Row([row[place] for place in kept], number) for number, row in enumerate(rows)])
         table.close()
-        if node["further"]:
-            out.text(words("od.further", count=node["further"]) + "\n")
+        if node.further:
+            out.text(words("od.further", count=node.further) + "\n")
 
 
 class History:
@@ -60,7 +57,7 @@ class History:
     def put(self, lines: bytes) -> None:
         """Writes values that the core has seen, as JSON lines."""
         rows = []
-        for one in map(json.loads, lines.splitlines()):
+        for one in records(lines, ObjectValue):
             self._rows += 1
             rows.append(Row(_value(one, self._words), self._rows))
         self._table.add(rows)
@@ -70,21 +67,28 @@ class History:
         self._table.close()
 
 
-def _by_node(records: Iterable[Record]) -> Iterator[tuple[Record, list[Record]]]:
-    node: Record = {}
-    for kind, group in groupby(records, lambda one: one["kind"]):
-        if kind == "od_node":
-            (node,) = group
-        elif kind == "od_object":
-            yield node, list(group)
+def _by_node(result: bytes) -> Iterator[tuple[Head, list[Object]]]:
+    """Yields the devices that have objects."""
+    found: Iterator[Head | Object] = records(result, Head, Object)
+    node, objects = None, list[Object]()
+    for one in found:
+        if isinstance(one, Object):
+            objects.append(one)
+            continue
+        if node and objects:
+            yield node, objects
+        node, objects = one, []
+    if node and objects:
+        yield node, objects
 
 
-def _fact(node: Record, key: str, words: Words) -> str:
+def _fact(node: Head, key: str, words: Words) -> str:
+    fact = getattr(node, key)
     if key == "device_name":
-        return str(node[key])
-    if key == "device_type" and node["profile"] is not None:
-        return words("od.profile", type=node[key], profile=node["profile"])
-    return f"{node[key]}h"
+        return str(fact)
+    if key == "device_type" and node.profile is not None:
+        return words("od.profile", type=fact, profile=node.profile)
+    return f"{fact}h"
 
 
 def _column(key: str, words: Words) -> Column:
@@ -97,61 +101,61 @@ def _column(key: str, words: Words) -> Column:
     )
 
 
-def _object(one: Record, words: Words) -> list[str]:
+def _object(one: Object, words: Words) -> list[str]:
     """Returns the cells of one object."""
-    kind = one["type"]
-    if one["type_from"] == "inferred":
+    kind = one.type
+    if one.type_from == "inferred":
         kind = words("od.inferred", type=kind)
     cells = (
-        f"{one['index']}h:{one['sub']:02X}",
-        one["name"],
+        f"{one.index}h:{one.sub:02X}",
+        one.name,
         kind,
-        one["bits"],
-        one["access"],
+        one.bits,
+        one.access,
         _last(one, words),
         _in_force(one, words),
-        ", ".join(f"{words.of('seen', source)} {one[source]}" for source in SOURCES if one[source]),
-        ", ".join(_abort(abort, words) for abort in one["aborts"]),
-        one["t"],
+        ", ".join(f"{words.of('seen', source)} {getattr(one, source)}" for source in SOURCES if getattr(one, source)),
+        ", ".join(_abort(abort, words) for abort in one.aborts),
+        one.t,
     )
     return [EMPTY if cell in (None, "") else str(cell) for cell in cells]
 
 
-def _last(one: Record, words: Words) -> str | None:
-    if one["text"] is not None:
-        return str(one["text"])
-    if one["requested"] is not None:
-        return words("od.requested", value=one["requested"])
-    return words("od.absent") if one["exists"] is False else None
+def _last(one: Object, words: Words) -> str | None:
+    if one.text is not None:
+        return str(one.text)
+    if one.requested is not None:
+        return words("od.requested", value=one.requested)
+    return words("od.absent") if one.exists is False else None
 
 
-def _in_force(one: Record, words: Words) -> str | None:
+def _in_force(one: Object, words: Words) -> str | None:
     """Returns the value of the object where it is not the one seen last."""
-    held = one["in_force"]
-    if held is None or one["source"] is None or held["text"] == one["text"]:
+    held = one.in_force
+    if held is None or one.source is None or held.text == one.text:
         return None
-    return words("od.unknown") if held["text"] is None else str(held["text"])
+    return words("od.unknown") if held.text is None else str(held.text)
 
 
-def _abort(abort: Record, words: Words) -> str:
-    asked = words.of("access", abort["request"])
-    by = "" if abort["by"] == "server" else f" ({words.of('by', abort['by'])})"
-    times = f" x{abort['count']}" if abort["count"] > 1 else ""
-    return f"{asked}{by} {abort['code']}h{times} {abort['text'] or ''}".rstrip()
+def _abort(abort: Refusal, words: Words) -> str:
+    asked = words.of("access", abort.request)
+    by = "" if abort.by == "server" else f" ({words.of('by', abort.by)})"
+    times = f" x{abort.count}" if abort.count > 1 else ""
+    return f"{asked}{by} {abort.code}h{times} {abort.text or ''}".rstrip()
 
 
-def _value(one: Record, words: Words) -> list[str]:
+def _value(one: ObjectValue, words: Words) -> list[str]:
     """Returns the cells of one value."""
-    abort = one["abort"]
+    abort = one.abort
     cells = (
-        one["t"],
-        one["bus"],
-        one["node"],
-        f"{one['index']}h:{one['sub']:02X}",
-        one["name"],
-        words.of("seen", one["source"]),
-        one["text"],
-        abort and f"{abort['code']}h {abort['text'] or ''}".rstrip(),
-        one["frame"],
+        one.t,
+        one.bus,
+        one.node,
+        f"{one.index}h:{one.sub:02X}",
+        one.name,
+        words.of("seen", one.source),
+        one.text,
+        abort and f"{abort.code}h {abort.text or ''}".rstrip(),
+        one.frame,
     )
     return [EMPTY if cell in (None, "") else str(cell) for cell in cells]

@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from canalyze import __version__
 from canalyze.check.verdict import Counted, Verdict
-from canalyze.finding import SEVERITIES, Finding
 from canalyze.output import jsonl, printable
-from canalyze.problem import Problem
+from canalyze.records import SEVERITIES, Finding, Problem
 from canalyze.reports import wording
 from canalyze.reports.uri import file_uri
 from canalyze.sources.file import STDIN

@@ -5,17 +5,17 @@ computes nothing but units. A block that has nothing to tell is left out. What a
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Final, Protocol
+from typing import Final, Protocol
 
-from canalyze.finding import SEVERITIES
+from msgspec.structs import asdict
+
 from canalyze.output import Output, dyed, printable
 from canalyze.output.layout import definitions
+from canalyze.records import SEVERITIES, Aborts, Node, Spread, records
+from canalyze.records.summary import Burst, Bus, Capture, Identifier, LeftOut, Pdo, Raised, Sync
 from canalyze.reports.table import EMPTY, SPARE, Column, write
 from canalyze.reports.wording import ranges
 from canalyze.words import Words
-
-Record = Mapping[str, Any]
-"""A line of the core."""
 
 LEFT: Final = frozenset(
     {"bus", "name", "node_state", "service", "states", "code", "by", "meaning", "pdo", "id", "severity", "buses"}
@@ -60,14 +60,14 @@ class Sheet(Protocol):
         """Writes a line behind a block; an empty one separates."""
 
 
-def show(records: Iterable[Record], out: Output, words: Words, *, moments: bool = True) -> None:
-    """Writes the records of one capture as text. moments: see `report`."""
+def show(result: bytes, out: Output, words: Words, *, moments: bool = True) -> None:
+    """Writes the JSON lines of one capture as text. moments: see `report`."""
     severities = {words.of("severity", severity): severity for severity in SEVERITIES}
-    report(records, _Text(out, severities), words, moments=moments)
+    report(result, _Text(out, severities), words, moments=moments)
 
 
 def report(
-    records: Iterable[Record],
+    result: bytes,
     sheet: Sheet,
     words: Words,
     *,
@@ -79,26 +79,15 @@ def report(
     moments: times are those of the capture; else they are shown as they are. stamp: how its first and its last stamp
     are written.
     """
-    kinds: dict[str, list[Record]] = {}
-    for record in records:
-        kinds.setdefault(str(record["kind"]).removeprefix("summary_"), []).append(record)
-    if not kinds:
-        return
-    (capture,) = kinds["capture"]
-    nodes = kinds.get("node", [])
-    _Report(sheet, words, capture, moments=moments, stamp=stamp).all(
-        kinds.get("bus", []),
-        [node for node in nodes if node["sent"]],
-        [node for node in nodes if not node["sent"]],
-        kinds,
-    )
+    for capture in records(result, Capture):
+        _Report(sheet, words, capture, moments=moments, stamp=stamp).all(result)
 
 
 class _Report:
     """The blocks of one capture, on their way to a sheet."""
 
     def __init__(
-        self, sheet: Sheet, words: Words, capture: Record, *, moments: bool, stamp: Callable[[str], str]
+        self, sheet: Sheet, words: Words, capture: Capture, *, moments: bool, stamp: Callable[[str], str]
     ) -> None:
         self._sheet = sheet
         self._moments = moments
@@ -106,14 +95,10 @@ class _Report:
         self._words = words
         self._capture = capture
 
-    def all(
-        self,
-        buses: Sequence[Record],
-        nodes: Sequence[Record],
-        silent: Sequence[Record],
-        kinds: Mapping[str, Sequence[Record]],
-    ) -> None:
+    def all(self, result: bytes) -> None:
         """Writes every block."""
+        buses, every = list(records(result, Bus)), list(records(result, Node))
+        nodes, silent = [one for one in every if one.sent], [one for one in every if not one.sent]
         self._facts()
         self._buses(buses)
         self._services(buses)
@@ -121,19 +106,20 @@ class _Report:
         self._states([*nodes, *silent])
         self._codes("aborts", [*nodes, *silent])
         self._codes("emcy", nodes)
-        self._sync(kinds.get("sync", ()))
-        self._pdos(kinds.get("pdo", ()))
-        self._identifiers(kinds.get("identifier", ()))
-        self._findings(kinds.get("finding", ()))
+        self._sync(records(result, Sync))
+        self._pdos(records(result, Pdo))
+        self._identifiers(records(result, Identifier))
+        self._findings(list(records(result, Raised)))
 
     def _facts(self) -> None:
         capture, words = self._capture, self._words
-        frames = words("summary.frames", frames=capture["frames"], files=capture["files"])
+        frames = words("summary.frames", frames=capture.frames, files=capture.files)
         rows = [(words("summary.row_frames"), frames)]
-        if capture["seconds"] is not None:
-            facts = {key: capture[key] and self._stamp(capture[key]) for key in ("first_t", "last_t")}
-            key = "summary.time" if capture["first_t"] is not None else "summary.duration"
-            rows.append((words("summary.row_time"), words(key, **facts, seconds=capture["seconds"])))
+        if capture.seconds is not None:
+            ends = {"first_t": capture.first_t, "last_t": capture.last_t}
+            facts = {key: time and self._stamp(time) for key, time in ends.items()}
+            key = "summary.time" if capture.first_t is not None else "summary.duration"
+            rows.append((words("summary.row_time"), words(key, **facts, seconds=capture.seconds)))
         quality = words("summary.row_quality")
         for line in self._quality():
             rows.append((quality, line))
@@ -144,197 +130,195 @@ class _Report:
         """Returns the remarks that readers of the figures need."""
         capture, words = self._capture, self._words
         lines = []
-        if capture["unstamped"] == capture["frames"]:
+        if capture.unstamped == capture.frames:
             lines.append(words("summary.no_stamps"))
-        elif capture["unstamped"]:
-            lines.append(words("summary.unstamped", count=capture["unstamped"]))
-        if capture["gaps"]:
-            lines.append(words("summary.gaps", count=capture["gaps"], frames=capture["dropped"]))
-        left_out = capture["left_out"]
+        elif capture.unstamped:
+            lines.append(words("summary.unstamped", count=capture.unstamped))
+        if capture.gaps:
+            lines.append(words("summary.gaps", count=capture.gaps, frames=capture.dropped))
+        left_out = capture.left_out
         if left_out:
-            lines.append(words(f"summary.{left_out_key(left_out)}", **left_out))
-        if capture["unreadable"]:
-            lines.append(words("summary.unreadable", count=capture["unreadable"]))
-        if capture["damages"]:
-            lines.append(words("summary.damages", count=capture["damages"]))
-        if capture["backward"]:
-            most = f"{_ms(capture['backward_most_us'])} ms"
-            lines.append(words("summary.backward", count=capture["backward"], most=most))
-        if capture["reordered"]:
-            lines.append(words("summary.reordered", count=capture["reordered"]))
+            lines.append(words(f"summary.{left_out_key(left_out)}", **asdict(left_out)))
+        if capture.unreadable:
+            lines.append(words("summary.unreadable", count=capture.unreadable))
+        if capture.damages:
+            lines.append(words("summary.damages", count=capture.damages))
+        if capture.backward:
+            most = f"{_ms(capture.backward_most_us or 0)} ms"
+            lines.append(words("summary.backward", count=capture.backward, most=most))
+        if capture.reordered:
+            lines.append(words("summary.reordered", count=capture.reordered))
         if not lines:
             lines.append(words("summary.good"))
-        if capture["pause_us"]:
-            lines.append(words("summary.pause", ms=_ms(capture["pause_us"]), frame=capture["pause_frame"]))
+        if capture.pause_us:
+            lines.append(words("summary.pause", ms=_ms(capture.pause_us), frame=capture.pause_frame))
         return lines
 
-    def _buses(self, buses: Sequence[Record]) -> None:
+    def _buses(self, buses: Sequence[Bus]) -> None:
         keys = ["bus", "frames", "rate", "rate_1s", "rate_100ms", "load", "load_1s", "load_100ms", "burst", "errors"]
         rows = [
             [
-                _text(bus["bus"]),
-                str(bus["frames"]),
-                *(_rate(bus[key]) for key in ("rate", "peak_rate_1s", "peak_rate_100ms")),
-                *(_percent(bus[key]) for key in ("load", "load_peak_1s", "load_peak_100ms")),
-                self._burst(bus["burst"]),
-                str(bus["errors"]),
+                _text(bus.bus),
+                str(bus.frames),
+                *map(_rate, (bus.rate, bus.peak_rate_1s, bus.peak_rate_100ms)),
+                *map(_percent, (bus.load, bus.load_peak_1s, bus.load_peak_100ms)),
+                self._burst(bus.burst),
+                str(bus.errors),
             ]
             for bus in buses
         ]
         self._table("summary.buses", keys, rows)
-        bit_rate = self._capture["bit_rate"]
+        bit_rate = self._capture.bit_rate
         if bit_rate is None:
             self._line(self._words("summary.no_bit_rate"))
-        elif self._capture["seconds"] is not None:
+        elif self._capture.seconds is not None:
             self._line(self._words("summary.load", rate=f"{bit_rate / 1000:g}"))
-        switched = sum(bus["fd_switched"] for bus in buses)
+        switched = sum(bus.fd_switched for bus in buses)
         if switched and bit_rate is not None:
             self._line(self._words("summary.fd", count=switched))
 
-    def _burst(self, burst: Record | None) -> str:
+    def _burst(self, burst: Burst | None) -> str:
         if burst is None:
             return EMPTY
-        return self._words("summary.burst", frames=burst["frames"], ms=_ms(burst["length_us"]))
+        return self._words("summary.burst", frames=burst.frames, ms=_ms(burst.length_us))
 
-    def _services(self, buses: Sequence[Record]) -> None:
+    def _services(self, buses: Sequence[Bus]) -> None:
         rows = [
-            [_text(bus["bus"]), service, str(count), f"{count / (bus['frames'] or 1):.1%}"]
+            [_text(bus.bus), service, str(count), f"{count / (bus.frames or 1):.1%}"]
             for bus in buses
-            for service, count in bus["services"].items()
+            for service, count in bus.services.items()
         ]
         self._table("summary.services", ["bus", "service", "frames", "share"], rows)
 
-    def _nodes(self, nodes: Sequence[Record], silent: Sequence[Record]) -> None:
+    def _nodes(self, nodes: Sequence[Node], silent: Sequence[Node]) -> None:
         keys = ["bus", "node", "name", "node_state", "sent", "boot_ups", "heartbeat", "transfers", "response", "aborts"]
         rows = [
             [
-                _text(node["bus"]),
-                str(node["node"]),
-                _text(node["name"]),
+                _text(node.bus),
+                str(node.node),
+                _text(node.name),
                 self._state(node),
-                str(node["sent"]),
-                _count(node["boot_ups"]),
-                _times(node["heartbeat"], "min_us", "mean_us", "max_us"),
-                _count(node["sdo"]["transfers"]),
-                _times(node["response"], "min_us", "mean_us", "p99_us", "max_us"),
-                _count(node["sdo"]["aborted"]),
-                _count(node["emcys"]),
-                _rate(node["tpdo_rate"] if node["tpdo"] else None),
-                _rate(node["rpdo_rate"] if node["rpdo"] else None),
+                str(node.sent),
+                _count(node.boot_ups),
+                _times(node.heartbeat, "min_us", "mean_us", "max_us"),
+                _count(node.transfers),
+                _times(node.response, "min_us", "mean_us", "p99_us", "max_us"),
+                _count(node.aborted),
+                _count(node.emcy_count),
+                _rate(node.tpdo_rate if node.tpdos else None),
+                _rate(node.rpdo_rate if node.rpdos else None),
             ]
             for node in nodes
         ]
         self._table("summary.nodes", [*keys, "emcys", "tpdo_rate", "rpdo_rate"], rows)
-        for bus in dict.fromkeys(node["bus"] for node in silent):
-            ids = [node["node"] for node in silent if node["bus"] == bus]
+        for bus in dict.fromkeys(node.bus for node in silent):
+            ids = [node.node for node in silent if node.bus == bus]
             on_bus = f"{bus}: " if bus is not None else ""
             if not rows:
                 self._line("")
             self._line(self._words("summary.silent", bus=on_bus, nodes=ranges(ids)))
 
-    def _state(self, node: Record) -> str:
-        if node["state"] is None:
+    def _state(self, node: Node) -> str:
+        if node.state_number is None:
             return EMPTY
-        state = _word(node["state"], node["state_text"])
-        if node["lost"]:
+        state = _word(node.state_number, node.state_text)
+        if node.lost:
             return self._words("summary.lost", state=state)
-        if node["states"] and node["states"][-1]["commanded"]:
+        if node.states and node.states[-1].commanded:
             state = self._words("summary.commanded", state=state)
         return state
 
-    def _states(self, nodes: Sequence[Record]) -> None:
+    def _states(self, nodes: Sequence[Node]) -> None:
         """Shows the states of the nodes that have had more than one."""
-        rows = [
-            [_text(node["bus"]), str(node["node"]), self._changes(node)] for node in nodes if len(node["states"]) > 1
-        ]
+        rows = [[_text(node.bus), str(node.node), self._changes(node)] for node in nodes if len(node.states) > 1]
         self._table("summary.states" if self._moments else "summary.states_at", ["bus", "node", "states"], rows)
 
-    def _changes(self, node: Record) -> str:
+    def _changes(self, node: Node) -> str:
         from decimal import Decimal
 
-        start = self._capture["first_t"]
+        start = self._capture.first_t
         said: list[str] = []
-        for change in node["states"][:_STATES]:
-            state = _word(change["state"], change["text"])
-            if change["t"] is None or start is None:
-                said.append(self._words("summary.at_frame", state=state, frame=change["frame"]))
+        for change in node.states[:_STATES]:
+            state = _word(change.number, change.text)
+            if change.t is None or start is None:
+                said.append(self._words("summary.at_frame", state=state, frame=change.frame))
             elif not self._moments:
-                said.append(self._words("summary.at_moment", state=state, moment=change["t"]))
+                said.append(self._words("summary.at_moment", state=state, moment=change.t))
             else:
-                after = Decimal(change["t"]) - Decimal(start)
+                after = Decimal(change.t) - Decimal(start)
                 said.append(self._words("summary.at", state=state, seconds=f"{after:.3f}"))
-        if node["changes"] > len(said):
-            said.append(self._words("summary.more_changes", count=node["changes"]))
+        if node.changes > len(said):
+            said.append(self._words("summary.more_changes", count=node.changes))
         return self._words("summary.then").join(said)
 
-    def _codes(self, kind: str, nodes: Sequence[Record]) -> None:
+    def _codes(self, kind: str, nodes: Sequence[Node]) -> None:
         by = ["by"] if kind == "aborts" else []
         rows = [
             [
-                _text(node["bus"]),
-                str(node["node"]),
-                f"{one['code']}h",
-                *(self._words.of("by", one[key]) for key in by),
-                _text(one["text"]),
-                str(one["count"]),
-                str(one["first_frame"]),
-                str(one["last_frame"]),
+                _text(node.bus),
+                str(node.node),
+                f"{one.digits if isinstance(one, Aborts) else f'{one.code:04X}'}h",
+                *(self._words.of("by", getattr(one, key)) for key in by),
+                _text(one.text),
+                str(one.count),
+                str(one.first_frame),
+                str(one.last_frame),
             ]
             for node in nodes
-            for one in node[kind]
+            for one in (node.aborts if by else node.emcys)
         ]
         self._table(f"summary.{kind}", ["bus", "node", "code", *by, "meaning", "count", "first", "last"], rows)
 
-    def _sync(self, syncs: Sequence[Record]) -> None:
+    def _sync(self, syncs: Iterable[Sync]) -> None:
         rows = []
         for sync in syncs:
-            counter = EMPTY if sync["counter_min"] is None else f"{sync['counter_min']}..{sync['counter_max']}"
+            counter = EMPTY if sync.counter_min is None else f"{sync.counter_min}..{sync.counter_max}"
             rows.append(
                 [
-                    _text(sync["bus"]),
-                    str(sync["frames"]),
-                    _times(sync["period"], "min_us", "mean_us", "p99_us", "max_us"),
-                    _times(sync["period"], "sigma_us"),
+                    _text(sync.bus),
+                    str(sync.frames),
+                    _times(sync.period, "min_us", "mean_us", "p99_us", "max_us"),
+                    _times(sync.period, "sigma_us"),
                     counter,
-                    _text(sync["counter_jumps"]),
+                    _text(sync.counter_jumps),
                 ]
             )
         self._table("summary.sync", ["bus", "frames", "period", "sigma", "counter", "jumps"], rows)
 
-    def _pdos(self, pdos: Sequence[Record]) -> None:
+    def _pdos(self, pdos: Iterable[Pdo]) -> None:
         keys = ["bus", "node", "pdo", "id", "frames", "rate", "interval", "synchronous", "delay", "before_sync"]
         rows = [
             [
-                _text(pdo["bus"]),
-                str(pdo["node"]),
-                pdo["pdo"],
-                pdo["id"],
-                str(pdo["frames"]),
-                _rate(pdo["rate"]),
-                _times(pdo["interval"], "min_us", "mean_us", "max_us"),
-                _count(pdo["synchronous"]),
-                _times(pdo["delay"], "min_us", "mean_us", "p99_us", "max_us"),
-                _count(pdo["before_sync"]),
+                _text(pdo.bus),
+                str(pdo.node),
+                pdo.pdo,
+                pdo.id,
+                str(pdo.frames),
+                _rate(pdo.rate),
+                _times(pdo.interval, "min_us", "mean_us", "max_us"),
+                _count(pdo.synchronous),
+                _times(pdo.delay, "min_us", "mean_us", "p99_us", "max_us"),
+                _count(pdo.before_sync),
             ]
             for pdo in pdos
         ]
         self._table("summary.pdos", keys, rows)
 
-    def _identifiers(self, identifiers: Sequence[Record]) -> None:
+    def _identifiers(self, identifiers: Iterable[Identifier]) -> None:
         rows = [
             [
-                _text(one["bus"]),
-                one["id"],
-                str(one["frames"]),
-                _rate(one["rate"]),
-                _times(one["interval"], "min_us", "mean_us", "max_us"),
-                _span(one["length_min"], one["length_max"]),
+                _text(one.bus),
+                one.id,
+                str(one.frames),
+                _rate(one.rate),
+                _times(one.interval, "min_us", "mean_us", "max_us"),
+                _span(one.length_min, one.length_max),
             ]
             for one in identifiers
         ]
         self._table("summary.identifiers", ["bus", "id", "frames", "rate", "interval", "length"], rows)
 
-    def _findings(self, findings: Sequence[Record]) -> None:
+    def _findings(self, findings: Sequence[Raised]) -> None:
         if not findings:
             self._line("")
             self._line(self._words("summary.no_findings"))
@@ -342,14 +326,14 @@ class _Report:
         keys = ["code", "severity", "count", "first", "last", "buses", "nodes", "message"]
         rows = [
             [
-                one["code"],
-                self._words.of("severity", one["severity"]),
-                str(one["count"]),
-                self._place(one["first_frame"], one["first_line"]),
-                self._place(one["last_frame"], one["last_line"]),
-                " ".join(one["buses"]) or EMPTY,
-                ranges(one["nodes"]) or EMPTY,
-                one["message"],
+                one.code,
+                self._words.of("severity", one.severity),
+                str(one.count),
+                self._place(one.first_frame, one.first_line),
+                self._place(one.last_frame, one.last_line),
+                " ".join(one.buses) or EMPTY,
+                ranges(one.nodes) or EMPTY,
+                one.message,
             ]
             for one in findings
         ]
@@ -415,9 +399,9 @@ def _text(value: object) -> str:
     return EMPTY if value is None else str(value)
 
 
-def _word(state: str, text: str | None) -> str:
+def _word(state: int, text: str | None) -> str:
     """Returns the word for a state; its number where it has none."""
-    return text or f"{state}h"
+    return text or f"{state:02X}h"
 
 
 def _count(number: int) -> str:
@@ -439,16 +423,16 @@ def _ms(us: float) -> str:
     return f"{ms:.{digits}f}"
 
 
-def _times(spread: Record | None, *keys: str) -> str:
-    return EMPTY if spread is None else "/".join(_ms(spread[key]) for key in keys)
+def _times(spread: Spread | None, *keys: str) -> str:
+    return EMPTY if spread is None else "/".join(_ms(getattr(spread, key)) for key in keys)
 
 
 def _span(least: int, most: int) -> str:
     return str(least) if least == most else f"{least}-{most}"
 
 
-def left_out_key(left_out: Record) -> str:
+def left_out_key(left_out: LeftOut) -> str:
     """Returns the key of the sentence about rows that are left out, by how many places tell their number."""
-    if left_out["uncounted"] == left_out["places"]:
+    if left_out.uncounted == left_out.places:
         return "left_out_unknown"
-    return "left_out_partly" if left_out["uncounted"] else "left_out"
+    return "left_out_partly" if left_out.uncounted else "left_out"

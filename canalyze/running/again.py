@@ -1,17 +1,18 @@
 """Captures that are read more than once: standard input is kept, files that follow one another are one recording."""
 
-import json
 import os
 import stat
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from canalyze.configuration.options import open_session
 from canalyze.errors import SourceError
 from canalyze.output import Output, Progress
-from canalyze.reports import diagnosis_read, wording
+from canalyze.records import lines, records
+from canalyze.records.info import Info
+from canalyze.reports import wording
 from canalyze.running.passes import Pass
 from canalyze.running.run import Interrupt, NoProgress, Run
 from canalyze.sources.file import CHUNK, STDIN
@@ -48,10 +49,10 @@ def _span(one: Pass, name: str) -> Span:
     session = open_session(one.words, one.given, format="info")
     if (code := one.read(session, results.append, (name,), frameless=True, tell=lambda _: None)) > 128:
         raise SystemExit(code)
-    record: dict[str, Any] = json.loads(b"".join(results) or b"{}")
-    first, last = (record.get(key) for key in ("first_t", "last_t"))
-    buses = frozenset(one["bus"] for one in record.get("buses", ()))
-    return Span(name, first and nanoseconds(first), last and nanoseconds(last), buses)
+    if (record := next(records(b"".join(results), Info), None)) is None:
+        return Span(name, None, None, frozenset())
+    buses = frozenset(found.bus for found in record.buses)
+    return Span(name, nanoseconds(record.first_t), nanoseconds(record.last_t), buses)
 
 
 def keep_stdin() -> int:
@@ -105,7 +106,7 @@ def lines_of(one: Pass, wanted: set[int]) -> dict[int, str]:
     found: dict[int, str] = {}
 
     def take(result: bytes) -> None:
-        found.update(diagnosis_read.lines(result, wanted))
+        found.update((line.frame, line.text) for line in lines(result) if line.frame in wanted)
 
     session = open_session(one.words, one.given, format="lines", stamps=one.stamps, time="z")
     progress = Progress(one.words, Output(), one.total)

@@ -10,8 +10,8 @@ import click
 
 from canalyze.configuration.options import PROBLEM, SHORT, open_session, usage
 from canalyze.output import Output, Progress
-from canalyze.reports import diagnosis_read
-from canalyze.reports.diagnosis_text import tree
+from canalyze.records import Problem, records
+from canalyze.reports.diagnosis_text import near, tree
 from canalyze.reports.wording import ranges
 from canalyze.running.run import Run
 from canalyze.sources.file import STDIN, total_size
@@ -42,9 +42,9 @@ def _near(number: int, context: click.Context, words: Words) -> str | None:
         context.exit(code)
     if not session.frames:
         return None
-    by_id = {one["id"]: one for one in diagnosis_read.records(results) if one["kind"] == "problem"}
+    by_id = {one.id: one for one in records(b"".join(results), Problem)}
     if number not in by_id:
         key = "diagnose.no_problem" if by_id else "diagnose.no_problems"
         raise usage(words, key, number=number, numbers=ranges(by_id, ", "))
-    frames = diagnosis_read.near(one for _, one in tree(by_id[number], by_id))
+    frames = near(one for _, one in tree(by_id[number], by_id))
     return f"frame={ranges((frame for frame in frames if frame > 0), ',')}"

@@ -3,31 +3,27 @@
 What went wrong, the core says; how it is laid out, `reports.diagnosis_text`. Must not: read an option's text.
 """
 
+import json
+from collections.abc import Iterable
 from contextlib import suppress
-from typing import Any
 
 from canalyze.errors import ReaderGone
 from canalyze.output import Output, Progress, jsonl, told
-from canalyze.problem import KEYS
-from canalyze.reports import diagnosis_read, diagnosis_text
+from canalyze.records import KEYS, Problem, diagnosed
+from canalyze.reports import diagnosis_text
 from canalyze.reports.diagnosis_chosen import fails, select
 from canalyze.reports.diagnosis_text import Chosen, Diagnosed
 from canalyze.running.passes import Pass
 from canalyze.sources.file import total_size
 
-Record = dict[str, Any]
 
-
-def diagnosed(one: Pass, names: tuple[str, ...] = ()) -> tuple[int, list[Record], Record | None]:
-    """Returns the exit code, the problems, and the record of the whole capture if it could be read."""
+def diagnose(one: Pass, names: tuple[str, ...] = ()) -> tuple[int, bytes]:
+    """Returns the exit code, and the JSON lines of the diagnosis; none if nothing could be read."""
     session = one.session(format="diagnosis")
     results: list[bytes] = []
     one.progress = Progress(one.words, one.out, total_size(names or one.names))
     code = one.read(session, results.append, names)
-    records = diagnosis_read.records(results)
-    whole = next((record for record in records if record["kind"] == "diagnosis"), None)
-    incidents = [record for record in records if record["kind"] == "problem"]
-    return code, incidents, None if code and not session.frames else whole
+    return code, b"" if code and not session.frames else b"".join(results)
 
 
 def each(one: Pass, found: list[tuple[str, ...]], chosen: Chosen) -> tuple[int, list[tuple[str, ...]]]:
@@ -37,7 +33,8 @@ def each(one: Pass, found: list[tuple[str, ...]], chosen: Chosen) -> tuple[int, 
     failing = False
     with suppress(ReaderGone):
         for names in found:
-            code, incidents, whole = diagnosed(one, names)
+            code, result = diagnose(one, names)
+            incidents, whole = diagnosed(result)
             worst = worst or code
             if code >= 128:
                 worst = code
@@ -48,8 +45,8 @@ def each(one: Pass, found: list[tuple[str, ...]], chosen: Chosen) -> tuple[int, 
             if whole is None:
                 continue
             if one.form == "jsonl":
-                write_lines(shown, one.out, names)
-            rows.append(Diagnosed(names, shown, whole))
+                write_lines(result, shown, one.out, names)
+            rows.append(Diagnosed(names, shown, whole.order, whole.nature))
         if one.form == "text":
             diagnosis_text.show_each(rows, one.out, one.words, chosen, unread=len(found) - len(rows))
             diagnosis_text.further_of_each(rows, one.out, one.words)
@@ -58,8 +55,11 @@ def each(one: Pass, found: list[tuple[str, ...]], chosen: Chosen) -> tuple[int, 
     return worst or int(failing), [row.names for row in rows]
 
 
-def write_lines(incidents: list[Record], out: Output, names: tuple[str, ...] = ()) -> None:
+def write_lines(result: bytes, shown: Iterable[Problem], out: Output, names: tuple[str, ...] = ()) -> None:
     """Writes a JSON object for each problem; names: with the files of its recording, where there are several."""
-    for one in incidents:
-        record = {key: one[key] for key in KEYS} | ({"files": list(names)} if names else {})
+    wanted = {one.id for one in shown}
+    for row in map(json.loads, result.splitlines()):
+        if row["kind"] != "problem" or row["id"] not in wanted:
+            continue
+        record = {key: row[key] for key in KEYS} | ({"files": list(names)} if names else {})
         out.write(f"{jsonl.text(record)}\n".encode("utf-8", "backslashreplace"))

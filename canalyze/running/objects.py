@@ -1,6 +1,5 @@
 """The objects of devices, by what a capture shows of them. What that is, the core says."""
 
-import json
 from typing import Any, Final, NamedTuple
 
 from canalyze.configuration.options import moment, option
@@ -18,7 +17,8 @@ class Objects(NamedTuple):
 
     code: int
     frames: int
-    records: list[dict[str, Any]]
+    result: bytes
+    """The JSON lines of the core."""
     some: bool
     """True if an object was seen."""
 
@@ -38,5 +38,4 @@ def read_objects(one: Pass, kind: str, names: tuple[str, ...] = (), **how: Any) 
     session = one.session(format=kind, **settings_of(one), **how)
     results: list[bytes] = []
     code = one.read(session, results.append, names)
-    records = [json.loads(line) for line in b"".join(results).splitlines()]
-    return Objects(code, session.frames, records, any(map(has_object, results)))
+    return Objects(code, session.frames, b"".join(results), any(map(has_object, results)))

@@ -9,7 +9,6 @@ FD and remote rows of TRC as text. Must not: decode.
 import contextlib
 import errno
 import os
-import struct
 import threading
 import time
 from collections import Counter
@@ -18,8 +17,9 @@ from typing import TYPE_CHECKING, Final, NamedTuple, Self
 
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output import FileOutput
+from canalyze.sources import packed
 from canalyze.sources.library import library
-from canalyze.sources.packed import nanoseconds
+from canalyze.sources.packed import FRAME_HEAD, nanoseconds
 from canalyze.values import DATES_NS
 
 if TYPE_CHECKING:
@@ -36,10 +36,6 @@ LOSSES: Final[dict[str, tuple[str, ...]]] = {
 }
 """The forms and their possible losses, found by reading back: names of the core's `Loss`."""
 
-_HEAD: Final = struct.Struct("<BBBBBBBxIIq")
-_FRAME, _BUS = 1, 2
-_STAMP, _FD, _BRS, _ESI, _RX, _TX = 1, 2, 4, 8, 16, 32
-_EFF, _RTR, _ERR = 0x8000_0000, 0x4000_0000, 0x2000_0000
 _AHEAD: Final = 50_000
 """Maximum number of frames that wait for the database."""
 
@@ -89,17 +85,17 @@ class Sink:
         """Appends records. Raises OutputError if the file cannot be written."""
         data = self._rest + records
         at, end = 0, len(data)
-        while at + _HEAD.size <= end:
-            kind, flags, bus, length, raw, decimals, size, identifier, line, ns = _HEAD.unpack_from(data, at)
+        while at + FRAME_HEAD.size <= end:
+            kind, flags, bus, length, raw, decimals, size, identifier, line, ns = FRAME_HEAD.unpack_from(data, at)
             del decimals, line
-            behind = size if kind == _FRAME else bus | length << 8
-            if at + _HEAD.size + behind > end:
+            behind = size if kind == packed.FRAME else bus | length << 8
+            if at + FRAME_HEAD.size + behind > end:
                 break
-            text = data[at + _HEAD.size : at + _HEAD.size + behind]
-            at += _HEAD.size + behind
-            if kind == _BUS:
+            text = data[at + FRAME_HEAD.size : at + FRAME_HEAD.size + behind]
+            at += FRAME_HEAD.size + behind
+            if kind == packed.BUS:
                 self._names[flags] = text.decode("utf-8", "replace")
-            elif kind == _FRAME:
+            elif kind == packed.FRAME:
                 row = self._row(flags, bus, length, raw, identifier, ns, text)
                 try:
                     self._into.put(row)
@@ -153,26 +149,26 @@ class Sink:
         if not named:
             losses["bus_name"] += 1
         if into.directed:
-            losses["unknown_direction"] += not flags & (_RX | _TX)
+            losses["unknown_direction"] += not flags & (packed.RX | packed.TX)
         else:
-            losses["direction"] += bool(flags & (_RX | _TX))
-        if not flags & _STAMP:
+            losses["direction"] += bool(flags & (packed.RX | packed.TX))
+        if not flags & packed.STAMP:
             losses["no_stamp"] += 1
             ns = self.frames * 1_000_000
         self.frames += 1
         message = Message(
             timestamp=ns / 1e9,
             arbitration_id=identifier & 0x1FFF_FFFF,
-            is_extended_id=bool(identifier & _EFF),
-            is_remote_frame=bool(identifier & _RTR),
-            is_error_frame=bool(identifier & _ERR),
+            is_extended_id=bool(identifier & packed.EFF),
+            is_remote_frame=bool(identifier & packed.RTR),
+            is_error_frame=bool(identifier & packed.ERR),
             channel=channel,
             dlc=raw if raw > 8 else length,
             data=data,
-            is_fd=bool(flags & _FD),
-            is_rx=not flags & _TX,
-            bitrate_switch=bool(flags & _BRS),
-            error_state_indicator=bool(flags & _ESI),
+            is_fd=bool(flags & packed.FD),
+            is_rx=not flags & packed.TX,
+            bitrate_switch=bool(flags & packed.BRS),
+            error_state_indicator=bool(flags & packed.ESI),
         )
         return Row(message, ns)
 

@@ -10,11 +10,17 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from can import Message
 
-_FRAME: Final = struct.Struct("<BBBBBBBxIIq").pack
-_OTHER: Final = struct.Struct("<BBHIqq").pack
-_BUS, _DAMAGE, _UNREADABLE, _DIALECT = 2, 4, 5, 7
-_STAMP, _FD, _BRS, _ESI, _RX, _TX = 1, 2, 4, 8, 16, 32
-_EFF, _RTR, _ERR = 0x8000_0000, 0x4000_0000, 0x2000_0000
+FRAME_HEAD: Final = struct.Struct("<BBBBBBBxIIq")
+"""Of a frame: kind, flags, bus, length, raw DLC, decimals, bytes of data behind it, identifier, line, stamp in ns."""
+OTHER_HEAD: Final = struct.Struct("<BBHIqq")
+"""Of every other kind: kind, which, bytes of text behind it, 0, number, further number."""
+FRAME, BUS, START, DAMAGE, UNREADABLE, PASSED_OVER, DIALECT, DROPPED, LEFT_OUT = range(1, 10)
+"""Kinds of records."""
+STAMP, FD, BRS, ESI, RX, TX = 1, 2, 4, 8, 16, 32
+"""Flags of a frame."""
+EFF, RTR, ERR = 0x8000_0000, 0x4000_0000, 0x2000_0000
+"""Bits of an identifier: 29 bits, remote, error frame."""
+_pack: Final = FRAME_HEAD.pack
 _MOST_ID: Final = 0x1FFF_FFFF
 _MOST_BUSES: Final = 256
 _MOST_SECONDS: Final = 9.2e9
@@ -42,22 +48,22 @@ def nanoseconds(seconds: float) -> int:
 
 def damage(kind: int, offset: int, size: int | None = None) -> bytes:
     """Returns the record for a lost part of the file, of `size` bytes."""
-    return _other(_DAMAGE, kind, offset, -1 if size is None else size)
+    return _other(DAMAGE, kind, offset, -1 if size is None else size)
 
 
 def unreadable(reason: int, line: int) -> bytes:
     """Returns the record for a line or row that cannot be read."""
-    return _other(_UNREADABLE, reason, line)
+    return _other(UNREADABLE, reason, line)
 
 
 def dialect(name: str, value: str) -> bytes:
     """Returns the record for a property of the file, one of PROPERTIES."""
-    return _other(_DIALECT, PROPERTIES.index(name), text=value)
+    return _other(DIALECT, PROPERTIES.index(name), text=value)
 
 
 def _other(kind: int, which: int, number: int = 0, further: int = 0, *, text: str = "") -> bytes:
     behind = text.encode("utf-8", "backslashreplace")[:200]
-    return _OTHER(kind, which, len(behind), 0, number, further) + behind
+    return OTHER_HEAD.pack(kind, which, len(behind), 0, number, further) + behind
 
 
 class Unfit(Exception):
@@ -92,7 +98,7 @@ class Packer:
 
     @directed.setter
     def directed(self, directed: bool) -> None:
-        self._received, self._sent = (_RX, _TX) if directed else (0, 0)
+        self._received, self._sent = (RX, TX) if directed else (0, 0)
 
     def frame(self, message: "Message", line: int = 0, bare: bool = False) -> bytes:
         """Returns the record of a frame, preceded by that of its bus if it is new. Raises Unfit for an invalid frame.
@@ -121,12 +127,12 @@ class Packer:
                 ns = round(seconds * 1e9)
                 if ns % _STEPS[decimals]:
                     self.decimals = decimals = 9 if ns % 1000 else 6
-                flags |= _STAMP
+                flags |= STAMP
             elif -_MOST_SECONDS < seconds < _MOST_SECONDS:
                 ns = round(seconds * 1e6) * 1000
                 if decimals > 6:  # of the digits behind a date's microseconds none is sure
                     decimals = 6
-                flags |= _STAMP
+                flags |= STAMP
             else:
                 ns, decimals = 0, 0
         except ValueError:  # not a number
@@ -136,8 +142,8 @@ class Packer:
         self.frames += 1
         if index is None:
             before, index = self._index(channel)
-            return before + _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data
-        return _FRAME(1, flags, index, length, raw, decimals, size, identifier, line, ns) + data
+            return before + _pack(FRAME, flags, index, length, raw, decimals, size, identifier, line, ns) + data
+        return _pack(FRAME, flags, index, length, raw, decimals, size, identifier, line, ns) + data
 
     def _index(self, channel: object) -> tuple[bytes, int]:
         index = self._indices.get(channel)
@@ -148,7 +154,7 @@ class Packer:
         name = self._bus(channel)
         if index < _MOST_BUSES - 1:
             self._indices[channel] = index
-        return _other(_BUS, index, text=name), index
+        return _other(BUS, index, text=name), index
 
 
 def _unusual(message: "Message", bare: bool) -> tuple[int, int, int, int, int]:
@@ -160,13 +166,13 @@ def _unusual(message: "Message", bare: bool) -> tuple[int, int, int, int, int]:
     if size > 64:
         raise Unfit(LENGTH)
     if message.is_extended_id or identifier > 0x7FF:
-        identifier |= _EFF
+        identifier |= EFF
     if message.is_error_frame:
-        return (_ERR, 0, 0, 0, 0) if bare else (identifier | _ERR, 0, length, 0, size)
+        return (ERR, 0, 0, 0, 0) if bare else (identifier | ERR, 0, length, 0, size)
     if message.is_fd or size > 8:  # only an FD frame holds more
-        flags = _FD | (_BRS if message.bitrate_switch else 0) | (_ESI if message.error_state_indicator else 0)
+        flags = FD | (BRS if message.bitrate_switch else 0) | (ESI if message.error_state_indicator else 0)
     elif message.is_remote_frame:
-        identifier |= _RTR
+        identifier |= RTR
         length, size = max(0, min(message.dlc, 8)), 0
         raw = message.dlc if 8 < message.dlc < 16 else 0
     elif message.dlc != size:

@@ -21,7 +21,7 @@ class Span(NamedTuple):
     begin_ns: int | None
     """The first stamp; None without stamps, or if the file could not be read."""
     end_ns: int | None
-    buses: frozenset[str]
+    buses: frozenset[str | None]
 
     def follows(self, before: "Span") -> bool:
         """Returns true if this file continues another one. Only stamps of a calendar clock can tell."""

@@ -6,7 +6,6 @@ are read, so that memory does not grow with the capture. The frames of a capture
 rate and stay without. Must not: decode, or change a frame or its stamp.
 """
 
-import struct
 import threading
 import time
 from collections.abc import Generator
@@ -15,6 +14,7 @@ from typing import Final, Self
 
 from canalyze.errors import CanalyzeError
 from canalyze.sources.live import RELEASE_ALL, dropped_block, name_block, records_block, until_block
+from canalyze.sources.packed import BUS, DROPPED, FRAME, FRAME_HEAD, OTHER_HEAD, STAMP
 
 RATE: Final = 1000.0
 """Frames per second of a capture without stamps, at speed 1."""
@@ -28,11 +28,6 @@ _STOPPED_S: Final = 1.0
 """A longer time between two calls means that the program was stopped (Ctrl-Z), and the replay with it."""
 _MOST: Final = 1 << 16
 """Maximum number of bytes delivered at once without a speed limit."""
-_HEAD: Final = 24
-_FRAME_HEAD: Final = struct.Struct("<BBBBBBBxIIq").unpack_from
-_OTHER_HEAD: Final = struct.Struct("<BBH4xq").unpack_from
-_FRAME, _BUS, _DROPPED = 1, 2, 8
-_STAMPED: Final = 1
 
 
 class Replay:
@@ -179,23 +174,23 @@ class Replay:
                 blocks.append(records_block(bus, records[begin:at], count))
 
         while at < most:
-            kind, flags, index, _, _, _, size, _, _, stamp = _FRAME_HEAD(records, at)
-            if kind != _FRAME:
+            kind, flags, index, _, _, _, size, _, _, stamp = FRAME_HEAD.unpack_from(records, at)
+            if kind != FRAME:
                 close()
-                _, index, size, number = _OTHER_HEAD(records, at)
-                at += _HEAD + size
-                if kind == _BUS:
+                _, index, size, _, number, _ = OTHER_HEAD.unpack_from(records, at)
+                at += FRAME_HEAD.size + size
+                if kind == BUS:
                     blocks.append(name_block(index, records[at - size : at].decode("utf-8", "replace")))
-                elif kind == _DROPPED:
+                elif kind == DROPPED:
                     blocks.append(dropped_block(index, number))
                 begin, count = at, 0
                 continue
-            if not self._is_due(bool(flags & _STAMPED), stamp):
+            if not self._is_due(bool(flags & STAMP), stamp):
                 break
             if index != bus:
                 close()
                 begin, count, bus = at, 0, index
-            at += _HEAD + size
+            at += FRAME_HEAD.size + size
             count += 1
         close()
         self._at = at
@@ -239,7 +234,7 @@ class Replay:
             return until_block(RELEASE_ALL)
         until = max(self._newest, self._origin + int(self._due))
         if self._at < len(self._records):
-            kind, flags, *_, stamp = _FRAME_HEAD(self._records, self._at)
-            if kind == _FRAME and flags & _STAMPED:
+            kind, flags, *_, stamp = FRAME_HEAD.unpack_from(self._records, self._at)
+            if kind == FRAME and flags & STAMP:
                 until = min(until, stamp - 1)
         return until_block(max(until, 0))

@@ -13,6 +13,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from canalyze.output import printable
+from canalyze.records import records
+from canalyze.records.summary import Capture
 from canalyze.reports.summary_text import LEFT, report
 from canalyze.timeline.contents import Contents
 from canalyze.timeline.stream import LEVEL, TEXT, Stream, mapped, path, places, plain, words
@@ -23,10 +25,10 @@ _SPECIAL: Final = re.compile(r"([\\`*_{}\[\]<>#|~])")
 _FACTS: Final = ("files", "frames", "first_t", "last_t", "seconds", "bit_rate", "dropped", "unreadable")
 
 
-def markdown(records: Sequence[Mapping[str, Any]], words: Words, *, dated: bool = False) -> str:
-    """Returns the records of one capture as a document. dated: stamps are dates, and formatted as such."""
+def markdown(result: bytes, words: Words, *, dated: bool = False) -> str:
+    """Returns the JSON lines of one capture as a document. dated: stamps are dates, and formatted as such."""
     sheet = _Markdown()
-    report(records, sheet, words, stamp=_date if dated else str)
+    report(result, sheet, words, stamp=_date if dated else str)
     return "".join(sheet.parts)
 
 
@@ -36,10 +38,10 @@ def listed(lines: Sequence[str], words: Words) -> str:
     return f"# {_plain(words('timeline.summary'))}\n\n{items}"
 
 
-def facts(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def facts(result: bytes) -> dict[str, Any]:
     """Returns the properties of a recording; unknown ones are left out."""
-    capture = next(record for record in records if record["kind"] == "summary_capture")
-    return {key: capture[key] for key in _FACTS if capture[key] is not None}
+    capture = next(records(result, Capture))
+    return {key: fact for key in _FACTS if (fact := getattr(capture, key)) is not None}
 
 
 def problem_list(problems: Sequence[Mapping[str, Any]], words: Words) -> str:

@@ -109,13 +109,12 @@ class Timeline:
         if self._recording and (problems := self._problems.finish()):
             self.contents.diagnosis = True
             self._stream.always("/diagnosis", rr.TextDocument(problems, media_type="text/markdown"))
-        records = [json.loads(line) for line in summary.splitlines()]
-        if self._recording and (records or lines):
+        if self._recording and (summary or lines):
             self.contents.summary = True
-            text = markdown(records, self._words, dated=self.contents.dated) if records else listed(lines, self._words)
+            text = markdown(summary, self._words, dated=self.contents.dated) if summary else listed(lines, self._words)
             self._stream.always("/summary", rr.TextDocument(text, media_type="text/markdown"))
-            if records:
-                self._recording.send_property("capture", rr.AnyValues(**facts(records)))
+            if summary:
+                self._recording.send_property("capture", rr.AnyValues(**facts(summary)))
         self.close()
 
     def close(self) -> None:
