@@ -18,6 +18,8 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
+assert sys.platform != "win32"  # libFuzzer's programs, and the times of a process
+
 HERE = Path(__file__).resolve().parent
 CORPUS, KEPT, FOUND = HERE / "corpus", HERE / "kept", HERE / "artifacts"
 TARGETS = ("network", "sdo", "usdo", "rows", "blf", "trc")
