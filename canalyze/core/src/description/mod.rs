@@ -387,8 +387,10 @@ pub fn read(data: &[u8], file: String) -> Result<DeviceDescription, Unusable> {
 pub fn is_description(head: &[u8]) -> bool {
     let section = |line: &[u8]| {
         let inside = line.trim_ascii_start().strip_prefix(b"[")?;
-        let name = inside.get(..inside.iter().position(|byte| *byte == b']')?)?;
-        ["FileInfo", "DeviceInfo", "1000"].iter().find(|one| name.eq_ignore_ascii_case(one.as_bytes()))
+        let (name, behind) = inside.split_at_checked(inside.iter().position(|byte| *byte == b']')?)?;
+        // `[1000] 60A#40..` is a stamp and a frame.
+        let alone = matches!(behind.get(1..)?.trim_ascii(), [] | [b';' | b'#', ..]);
+        ["FileInfo", "DeviceInfo", "1000"].iter().find(|one| alone && name.eq_ignore_ascii_case(one.as_bytes()))
     };
     head.trim_ascii_start().starts_with(b"<?xml")
         || head.split(|byte| *byte == b'\n').any(|line| section(line).is_some())

@@ -101,6 +101,19 @@ proptest! {
 }
 
 #[test]
+fn a_stamp_in_brackets_begins_no_description() {
+    for (head, is) in [
+        ("[1000]\nParameterName=x\n", true),
+        ("  [FileInfo] ; of a tool\r\n", true),
+        ("[1000] 60A#4017100000000000\n", false),
+        ("[1000] can0 60A [8] 40 17 10 00 00 00 00 00\n", false),
+        ("[1000", false),
+    ] {
+        assert_eq!(is_description(head.as_bytes()), is, "{head}");
+    }
+}
+
+#[test]
 fn own_descriptions_have_no_defect_and_take_any_value() {
     for file in own() {
         let found = text(file.as_bytes()).unwrap();
