@@ -31,7 +31,7 @@ MAY_USE: dict[str, set[str]] = {
     "output.writing": set(),
     "output.paging": {"output"},
     "output": {*SAID, "_core", "output.layout", "output.paging", "output.writing"},
-    "sources": READ,
+    "sources": {*READ, "values"},
     "sinks": {*READ, "output", "values"},
     "running.reading": READ,
     "running.options": {"_core"},

@@ -6,17 +6,15 @@ It must not read a capture, judge or print.
 import difflib
 from collections.abc import Iterable
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any, ClassVar, Final, overload
+from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 from canalyze.library.columns import needs
 from canalyze.library.rows import Rows, number
 from canalyze.records import Signal, Value
+from canalyze.values import DATES_NS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-_DATES: Final = 100_000_000
-"""Seconds from which on a time is a date."""
 
 
 class _Values(Rows[Signal]):
@@ -77,7 +75,7 @@ class Series(_Values):
         at: list[Any]
         if None in times:
             at, label = [row.frame for row in drawn], "frame"
-        elif (times[0] or 0) >= _DATES:
+        elif (times[0] or 0) * 1e9 >= DATES_NS:
             at, label = [datetime.fromtimestamp(time or 0, UTC) for time in times], "UTC"
         else:
             at, label = times, "s"

@@ -17,6 +17,7 @@ from canalyze.errors import CanalyzeError, SourceError
 from canalyze.sources.library import library
 from canalyze.sources.live import LinkLost, dropped_block, name_block, records_block, until_block
 from canalyze.sources.packed import Packer, Unfit
+from canalyze.values import DATES_NS
 
 if TYPE_CHECKING:
     from can import BusABC, Message
@@ -80,8 +81,6 @@ DRIVER: Final[Mapping[str, str]] = {
 """Vendor libraries that an interface needs and that pip does not install."""
 
 
-_DATES: Final = 1e9
-"""Stamps from here on are dates, in seconds (the year 2001). Smaller ones count from a start of the adapter's own."""
 _MOST: Final = 1000
 """Maximum number of frames in a block."""
 _LONGEST_S: Final = 0.02
@@ -374,7 +373,7 @@ class _Clock:
         stamp = message.timestamp
         if not stamp > 0:  # also NaN
             message.timestamp = stamp = now
-        elif stamp < _DATES:
+        elif stamp * 1e9 < DATES_NS:
             if self._offset is None or stamp < self._stamp - _STEP_BACK_S:
                 self._offset = now - stamp
             self._stamp = stamp

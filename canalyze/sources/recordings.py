@@ -6,12 +6,10 @@ Must not: read a capture.
 from collections.abc import Iterable
 from typing import Final, NamedTuple
 
+from canalyze.values import DATES_NS
+
 APART_NS: Final = 5_000_000_000
 """Maximum time from the end of a part to the beginning of the next, in ns; a slow bus may be silent that long."""
-
-
-EPOCH_NS: Final = 100_000_000 * 1_000_000_000
-"""Least stamp of a calendar clock, in ns (1973); smaller ones count from a start of their own."""
 
 
 class Span(NamedTuple):
@@ -27,7 +25,7 @@ class Span(NamedTuple):
         """Returns true if this file continues another one. Only stamps of a calendar clock can tell."""
         if self.begin_ns is None or before.end_ns is None or not self.buses & before.buses:
             return False
-        return self.begin_ns >= EPOCH_NS and 0 <= self.begin_ns - before.end_ns <= APART_NS
+        return self.begin_ns >= DATES_NS and 0 <= self.begin_ns - before.end_ns <= APART_NS
 
     def overlaps(self, other: "Span") -> bool:
         """Returns true if both files have frames of the same bus and time, and so are not parts of one recording."""
