@@ -32,7 +32,7 @@ JUDGING: Final = (
     option("--no-expect", key="check.no_expect"),
     option("--problems incidents", choices=policy.STANDINGS, key="check.by_problems"),
 )
-"""Which findings count."""
+"""Options for the findings that count."""
 
 
 def held_policy(given: Mapping[str, Any], words: Words) -> Policy:

@@ -1,4 +1,4 @@
-"""The baseline and the captures that were examined: written anew, and what of it no longer occurs.
+"""The baseline and the examined captures: it is rewritten, and its entries that no longer occur are reported.
 
 Must not: judge.
 """

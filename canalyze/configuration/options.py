@@ -279,7 +279,7 @@ NETWORK: Final = (
     option("--sync-window", "US", network.period, "period", key="opt.sync_window", topic="time"),
     option("--jitter", "US", network.tolerance, "tolerance", key="opt.jitter", topic="time"),
 )
-"""Which devices are on the bus: `NetworkOptions`."""
+"""Options for the devices on the bus: `NetworkOptions`."""
 MERGE: Final = option("--merge", key="opt.merge", topic="input", usual=10)
 THREADS: Final = option("--threads", "N", positive, "positive", key="opt.threads", topic="input")
 READING: Final = (FILTER, *SHORT, STAMPS, INPUT_FORMAT, MERGE, THREADS, *TOPICS, *NETWORK)

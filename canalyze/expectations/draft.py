@@ -35,7 +35,7 @@ _UNTIMED: Final = {
     "sync": "expect.no_sync_period",
     "signal": "expect.no_pdo_period",
 }
-"""The words for those of which no period was found, by table."""
+"""The words for rows without a period, by table."""
 _COMMENT: Final = 90
 """Characters of a comment behind a value."""
 

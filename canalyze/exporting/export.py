@@ -57,7 +57,7 @@ class About(NamedTuple):
     capture: str
     """Its name among others: that of its files, and the value of the column `capture`."""
     device: str = ""
-    """Where it was recorded; "" if unknown."""
+    """The place of the recording; "" if unknown."""
     files: tuple[str, ...] = ()
     """The files that are read."""
     described: Mapping[tuple[str | None, int], str] = {}

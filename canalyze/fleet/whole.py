@@ -31,7 +31,7 @@ class How(NamedTuple):
     megabytes: int | None
     """The most memory that it may need."""
     shard: tuple[int, int] | None
-    """Which part of the captures, and of how many."""
+    """The part of the captures, and the number of parts."""
     retry: bool
     html: bool
     color: str

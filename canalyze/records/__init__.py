@@ -113,7 +113,7 @@ class Finding(Timed, Struct, frozen=True, gc=False, kw_only=True, tag_field="kin
     facts: Mapping[str, Any] = field(default_factory=dict)
     """The measured values, by the names of the rule."""
     lines: tuple[Line, ...] = ()
-    """The annotated lines of its context, oldest first, its own frame's among them; none where nobody asked."""
+    """The annotated lines of its context, oldest first, with that of its own frame; empty unless asked for."""
 
     @property
     def about_frame(self) -> int | None:
@@ -254,7 +254,7 @@ class Abort(Struct, frozen=True, gc=False):
     code: Hex
     """The SDO abort code (CiA 301 table 22)."""
     by: Literal["client", "server"]
-    """Who aborted it."""
+    """The side that aborted it."""
     text: str | None
     """The meaning of the code; None for codes that the standard does not have."""
 
@@ -266,7 +266,7 @@ class Hole(Struct, frozen=True, gc=False):
     """Bytes of a transfer that the capture does not show."""
 
     offset: int
-    """Where they begin in the transfer's data; their end where nothing behind was seen."""
+    """Their begin in the data of the transfer; their end where nothing behind was seen."""
     length: int | None
     """Their number. None: not known; such a hole takes no room in the data, and what stands behind it has no known
     offset in the object."""
@@ -377,7 +377,7 @@ class Signal(Timed, Struct, frozen=True, gc=False, tag_field="kind", tag="signal
     unit: str | None
     """The unit, by the description of the device."""
     provenance: str
-    """Where the mapping is known from: observed, option, dcf or eds."""
+    """The source of the mapping: observed, option, dcf or eds."""
     index: str
     """Index of the mapped object, four hexadecimal digits."""
     sub: int
@@ -450,7 +450,7 @@ class Aborts(Struct, frozen=True, gc=False):
     digits: str = field(name="code")
     """The abort code, hexadecimal: 8 digits of SDO, 2 of USDO."""
     by: Literal["client", "server"]
-    """Who aborted."""
+    """The side that aborted."""
     text: str | None
     """The meaning of the code."""
     count: int

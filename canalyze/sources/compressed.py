@@ -196,7 +196,7 @@ class Damage(NamedTuple):
     lost: int | None
     """Bytes of the file from there on; None if it ends there."""
     since: int | None = None
-    """Where the member begins whose output may be wrong; None if all output is sound."""
+    """The begin of the member whose output may be wrong; None if all output is sound."""
 
 
 class Layer(Protocol):

@@ -41,7 +41,7 @@ class Copy:
         """Examines the copy at `database`; `original` is the file that was copied, if there is one."""
         self.path = database
         self.cut: tuple[int, int] | None = None
-        """Where a page is incomplete, and the number of its bytes that are there; None if the database is whole."""
+        """The place of an incomplete page, and the bytes of it that are there; None if the database is whole."""
         if not (original and _journals(original, database)):
             self.cut = _recounted(database)
 

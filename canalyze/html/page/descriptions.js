@@ -55,7 +55,7 @@ class Descriptions {
   /** @param {File} file @returns {Promise<boolean>} */
   async isOne(file) {
     if (DESCRIPTION_NAME.test(file.name)) return true;
-    const head = await file.slice(0, HEAD).arrayBuffer().catch(() => null); // that it cannot be read is said when it is opened
+    const head = await file.slice(0, HEAD).arrayBuffer().catch(() => null); // reported when it is opened
     return head !== null && this.asked("describes", { head });
   }
 

@@ -6,7 +6,7 @@
 
 mod outputs;
 
-use canalyze_core::bytes::frame::{BusId, CanId, Frame, Kind, Stamp, StampForm};
+use canalyze_core::bytes::frame::{BusId, CanId, Frame, Kind};
 use canalyze_core::bytes::ns::Ns;
 use libfuzzer_sys::fuzz_target;
 
@@ -52,11 +52,7 @@ fn frames(mut input: &[u8], stamped: bool) -> Vec<Frame> {
         let mut frame = Frame::classic(id, data);
         frame.kind = kind;
         frame.bus = BusId(control >> 6 & 1);
-        frame.line = Some(frames.len() as u64 + 1);
-        if stamped {
-            frame.t_ns = Some(Ns(now));
-            frame.stamp = Some(Stamp { form: StampForm::Seconds, ns: Ns(now), width: 3, decimals: 6 });
-        }
+        outputs::place(&mut frame, frames.len(), stamped.then_some(Ns(now)));
         frames.push(frame);
     }
     frames

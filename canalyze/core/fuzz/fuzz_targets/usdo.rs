@@ -8,7 +8,7 @@
 
 mod outputs;
 
-use canalyze_core::bytes::frame::{CanId, Frame, Kind, Stamp, StampForm};
+use canalyze_core::bytes::frame::{CanId, Frame, Kind};
 use canalyze_core::bytes::ns::Ns;
 use libfuzzer_sys::fuzz_target;
 
@@ -16,7 +16,7 @@ const NODES: [u8; 4] = [1, 2, 10, 127];
 /// Within a response time, within the hold of a response, beyond it, beyond a client's patience.
 const GAPS_NS: [i64; 4] = [400_000, 4_900_000, 5_100_000, 1_500_000_000];
 
-/// The length of the FD frame that holds so many bytes.
+/// Returns the length of the FD frame that holds this number of bytes.
 fn fd_length(bytes: usize) -> u8 {
     [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48]
         .into_iter()
@@ -61,11 +61,7 @@ fn frames(mut input: &[u8], stamped: bool) -> Vec<Frame> {
                 *slot = *byte;
             }
         }
-        frame.line = Some(frames.len() as u64 + 1);
-        if stamped {
-            frame.t_ns = Some(Ns(now));
-            frame.stamp = Some(Stamp { form: StampForm::Seconds, ns: Ns(now), width: 3, decimals: 6 });
-        }
+        outputs::place(&mut frame, frames.len(), stamped.then_some(Ns(now)));
         frames.push(frame);
     }
     frames

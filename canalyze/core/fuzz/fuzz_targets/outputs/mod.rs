@@ -1,17 +1,25 @@
-//! What every kind of output says of the same frames, for the targets whose frames carry transfers.
+//! Laws of every kind of output of the same frames, for the targets whose frames carry transfers.
 
 use std::collections::BTreeMap;
 
-use canalyze_core::bytes::frame::Frame;
+use canalyze_core::bytes::frame::{Frame, Stamp, StampForm};
+use canalyze_core::bytes::ns::Ns;
 use canalyze_core::sdo::transfer::{Hole, KEPT, Status};
 use canalyze_core::session::{Options, Output, Rows, Session};
 use canalyze_core::words::{Depth, Lang};
 use serde_json::Value;
 
+/// Sets the line and the stamp of a frame behind `before` others.
+pub fn place(frame: &mut Frame, before: usize, t_ns: Option<Ns>) {
+    frame.line = Some(before as u64 + 1);
+    frame.t_ns = t_ns;
+    frame.stamp = t_ns.map(|ns| Stamp { form: StampForm::Seconds, ns, width: 3, decimals: 6 });
+}
+
 /// The bytes of a transfer that are handed out, how it ended, and its holes.
 type File = (Vec<u8>, Option<Status>, Vec<Hole>);
 
-/// What a session says of the frames, and the bytes of each transfer that it hands out.
+/// Returns the output of a session for the frames, and the bytes of each transfer that it hands out.
 fn run(frames: &[Frame], options: Options) -> (String, BTreeMap<String, File>) {
     // Frames are pushed on one thread; without the number each session asks the system how many it has.
     let mut session = Session::new(Options { threads: Some(1), ..options });
