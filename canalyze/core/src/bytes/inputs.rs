@@ -226,7 +226,8 @@ impl Input {
             }
             _ => {}
         }
-        Some(item.on_known_bus())
+        item.refuse_further_bus();
+        Some(item)
     }
 }
 

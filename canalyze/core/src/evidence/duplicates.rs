@@ -134,6 +134,12 @@ impl Duplicates {
         self.nearby.are_refuted() && !self.far.proven
     }
 
+    /// Returns true if every possible duplicate is decided.
+    #[inline]
+    pub fn is_decided(&self) -> bool {
+        self.nearby.suspect.is_none() && self.far.suspect.is_none()
+    }
+
     /// Returns the number of the first frame that may be a duplicate not decided yet.
     #[inline]
     pub fn undecided_since(&self) -> Option<u64> {
@@ -159,17 +165,17 @@ impl Duplicates {
         self.far.advance(now_ns);
     }
 
-    /// Examines the next frame. `squeezed`: it is closer to the previous one than possible on a bus, so its time is no
-    /// evidence. `resolution_ns`: the resolution of the stamps.
+    /// Examines the next frame. `t_ns`: its time, `None` if the stamps show only the order. `squeezed`: it is closer to
+    /// the previous one than possible on a bus, so its time is no evidence. `resolution_ns`: the resolution of the stamps.
     #[inline]
-    pub fn step(&mut self, frame: &Frame, squeezed: bool, resolution_ns: Ns) -> Sighting {
-        let sighting = self.nearby.step(frame, squeezed, resolution_ns);
+    pub fn step(&mut self, frame: &Frame, t_ns: Option<Ns>, squeezed: bool, resolution_ns: Ns) -> Sighting {
+        let sighting = self.nearby.step(frame, t_ns, squeezed, resolution_ns);
         let far = &self.far;
         let ended = !far.proven && far.suspect.is_none() && (far.are_refuted() || far.given_up);
-        if ended || self.nearby.proven || frame.t_ns.is_none() {
+        if ended || self.nearby.proven || t_ns.is_none() {
             return sighting;
         }
-        match self.far.step(frame, squeezed, resolution_ns) {
+        match self.far.step(frame, t_ns, squeezed, resolution_ns) {
             Sighting::Duplicate => Sighting::Duplicate,
             _ => sighting,
         }
@@ -251,28 +257,20 @@ impl Copies {
 
     /// Examines the next frame.
     #[inline]
-    fn step(&mut self, frame: &Frame, squeezed: bool, resolution_ns: Ns) -> Sighting {
+    fn step(&mut self, frame: &Frame, t_ns: Option<Ns>, squeezed: bool, resolution_ns: Ns) -> Sighting {
         if self.once >= SETTLED && self.twice < self.once {
             self.suspect = None;
             return Sighting::Original;
         }
         self.resolution_ns = resolution_ns;
-        self.compare(frame, squeezed)
+        self.compare(frame, t_ns, squeezed)
     }
 
-    fn compare(&mut self, frame: &Frame, squeezed: bool) -> Sighting {
+    fn compare(&mut self, frame: &Frame, t_ns: Option<Ns>, squeezed: bool) -> Sighting {
         self.count += 1;
         let key = key(frame);
-        let isolated = self.is_isolated(key, frame) && !squeezed;
-        let now = SeenFrame {
-            key,
-            id: frame.id,
-            number: frame.no,
-            t_ns: frame.t_ns,
-            count: self.count,
-            isolated,
-            again: false,
-        };
+        let isolated = self.is_isolated(key, t_ns) && !squeezed;
+        let now = SeenFrame { key, id: frame.id, number: frame.no, t_ns, count: self.count, isolated, again: false };
         self.forget_old(&now);
         if self.proven {
             let sighting = if self.pair(&now) { Sighting::Duplicate } else { Sighting::Original };
@@ -450,16 +448,16 @@ impl Copies {
     }
 
     /// Returns true if no equal frame came for a while.
-    fn is_isolated(&mut self, key: u64, frame: &Frame) -> bool {
+    fn is_isolated(&mut self, key: u64, t_ns: Option<Ns>) -> bool {
         if self.last.is_empty() {
             self.last = vec![Last::default(); PAYLOADS];
         }
         let isolated_ns = self.reach.isolated_ns();
         let Some(last) = self.last.get_mut(key as usize % PAYLOADS) else { return false };
-        let before = std::mem::replace(last, Last { key, t_ns: frame.t_ns.unwrap_or(Ns::ZERO), count: self.count });
+        let before = std::mem::replace(last, Last { key, t_ns: t_ns.unwrap_or(Ns::ZERO), count: self.count });
         before.count == 0
             || before.key != key
-            || match frame.t_ns {
+            || match t_ns {
                 Some(now) => now - before.t_ns > isolated_ns,
                 None => self.count.saturating_sub(before.count) > ISOLATED_FRAMES,
             }

@@ -185,9 +185,8 @@ impl Recording {
         let gap = frame.t_ns.zip(self.last_ns).map(|(now, last)| now - last);
         let close = gap.is_some_and(|gap| gap < wire_ns);
         // Stamps coarser than the distance of duplicates only show the order.
-        let unstamped = Frame { t_ns: None, ..*frame };
-        let compared = if resolution_ns > super::duplicates::APART_NS { &unstamped } else { frame };
-        happened.sighting = self.duplicates.step(compared, close, resolution_ns);
+        let compared_ns = frame.t_ns.filter(|_| resolution_ns <= super::duplicates::APART_NS);
+        happened.sighting = self.duplicates.step(frame, compared_ns, close, resolution_ns);
         let mut silent_ns = Ns::ZERO;
         if let Some(now) = frame.t_ns {
             self.resolution.follow(frame, (now, gap, wire_ns), happened.sighting);
@@ -198,7 +197,7 @@ impl Recording {
             silent_ns = gap.map_or(Ns::ZERO, |gap| gap.max(Ns::ZERO));
             if let Some(last) = self.last_ns.filter(|_| silent_ns > SHORTEST_STALL_NS) {
                 happened.silence = Some(Box::new(self.measure(last, now)));
-                if !self.duplicates.are_proven() && self.duplicates.undecided_since().is_none() {
+                if !self.duplicates.are_proven() && self.duplicates.is_decided() {
                     let unusual = self.stalls.is_unusual(silent_ns);
                     self.holes.begin(frame, (last, now, unusual), self.stalls.even(), resolution_ns);
                 }
@@ -270,7 +269,7 @@ impl Recording {
     #[inline]
     pub fn is_decided(&self) -> bool {
         let (duplicates, stalls) = (&self.duplicates, &self.stalls);
-        duplicates.undecided_since().is_none()
+        duplicates.is_decided()
             && stalls.undecided_since().is_none()
             && self.holes.undecided_since().is_none()
             && self.single.undecided_since().is_none()

@@ -294,7 +294,7 @@ impl Stalls {
     /// Decides the bursts whose signs may have come from duplicates, once it is known whether the capture shows frames
     /// twice.
     pub(super) fn decide_shown(&mut self, duplicates: &Duplicates) {
-        if duplicates.undecided_since().is_some() {
+        if !duplicates.is_decided() {
             return;
         }
         let twice = duplicates.are_proven();

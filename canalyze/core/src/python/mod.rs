@@ -168,7 +168,8 @@ fn omission(line: &[u8]) -> Option<i64> {
 
 #[pyfunction]
 fn may_hold_command(lines: &[u8]) -> bool {
-    [&b"::"[..], b"##[", b"##vso["].iter().any(|sign| memchr::memmem::find(lines, sign).is_some())
+    let held = |sign: &[u8]| memchr::memmem::find(lines, sign).is_some();
+    held(b"::") || held(b"##") && (held(b"##[") || held(b"##vso["))
 }
 
 #[pyfunction]

@@ -33,14 +33,14 @@ impl ObjectRows {
 }
 
 impl Sink for ObjectRows {
-    fn frame(&mut self, _out: &mut Vec<u8>, _view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         self.inventory.boot_ups(events);
         if passing.shown {
             self.inventory.frame(passing.frame, events);
         }
     }
 
-    fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         match (notice, self.names) {
             (Notice::Transfer(transfer), _) => self.inventory.transfer(transfer),
             (Notice::Marker(Marker::Dropped { bus, .. }), _) => self.inventory.lost(Some(*bus)),
@@ -71,7 +71,7 @@ impl HistoryRows {
         Self { names: encoding.names(lang), filter, headed: false }
     }
 
-    fn write(&mut self, out: &mut Vec<u8>, view: View<'_>, sighting: &ObjectSighting<'_>) {
+    fn write(&mut self, out: &mut Vec<u8>, view: &View<'_>, sighting: &ObjectSighting<'_>) {
         if !self.filter.takes_object(sighting.node, sighting.object) {
             return;
         }
@@ -86,13 +86,13 @@ impl HistoryRows {
 }
 
 impl Sink for HistoryRows {
-    fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             sighting::each(passing.frame, events, &mut |sighting| self.write(out, view, &sighting));
         }
     }
 
-    fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         if let Notice::Transfer(transfer) = notice
             && let Some(sighting) = ObjectSighting::of(transfer)
         {
@@ -115,13 +115,13 @@ impl PdoRows {
 }
 
 impl Sink for PdoRows {
-    fn frame(&mut self, _out: &mut Vec<u8>, _view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             self.kept.frame(passing.frame, events);
         }
     }
 
-    fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         let Self { filter, kept } = self;
         match notice {
             Notice::Settle(state) => {

@@ -116,7 +116,7 @@ impl Session {
         let format = Input::NAMES.iter().find(|row| row.1 == format).map_or("", |row| row.0);
         let Stream { capture, sinks, .. } = &mut self.stream;
         let begin = Notice::Begin { file: name, format, first: input == 0 };
-        sinks.take(&mut Vec::new(), capture.view(&self.buses), begin);
+        sinks.take(&mut Vec::new(), &capture.view(&self.buses), begin);
         if input == 0 {
             capture.begin(name);
             (self.turn, self.fed) = (0, 0);

@@ -210,7 +210,7 @@ struct Setting {
 }
 
 impl Setting {
-    fn new(view: View<'_>, before: Option<&Self>) -> Self {
+    fn new(view: &View<'_>, before: Option<&Self>) -> Self {
         let known = before.filter(|before| before.buses.count() == view.buses.count());
         let buses = known.map_or_else(|| Arc::new(view.buses.clone()), |before| Arc::clone(&before.buses));
         let of_file = before.filter(|before| *before.file == *view.jsonl.file);
@@ -219,8 +219,8 @@ impl Setting {
         Self { lang, buses, file, decimals, moments, clock: view.clock, date_ns: view.writing.date_ns }
     }
 
-    fn is(&self, view: View<'_>) -> bool {
-        let View { clock, jsonl, writing, buses } = view;
+    fn is(&self, view: &View<'_>) -> bool {
+        let View { clock, jsonl, writing, buses } = *view;
         self.clock == clock
             && self.date_ns == writing.date_ns
             && (self.lang, self.decimals, self.moments) == (jsonl.lang, jsonl.decimals, jsonl.clock)
@@ -251,11 +251,11 @@ impl Calls {
                 Call::HeldFrame(frame, count) => (Some(&**frame), *count),
                 Call::Asides(count) => (None, *count),
                 Call::Finding(finding) => {
-                    sink.take(out, view, Notice::Finding(finding));
+                    sink.take(out, &view, Notice::Finding(finding));
                     continue;
                 }
                 Call::Marker(marker) => {
-                    sink.take(out, view, Notice::Marker(marker));
+                    sink.take(out, &view, Notice::Marker(marker));
                     continue;
                 }
             };
@@ -264,9 +264,9 @@ impl Calls {
             match frame {
                 Some(frame) => {
                     let passing = Passing { frame, service: service(scratch), shown: true, sync: (0, None) };
-                    sink.frame(out, view, passing, scratch);
+                    sink.frame(out, &view, passing, scratch);
                 }
-                None => sink.take(out, view, Notice::Asides(scratch)),
+                None => sink.take(out, &view, Notice::Asides(scratch)),
             }
         }
     }
@@ -287,7 +287,7 @@ impl Deferred {
         Self { calls: Calls::default(), before, place: 0, to }
     }
 
-    fn call(&mut self, view: View<'_>, call: Call) {
+    fn call(&mut self, view: &View<'_>, call: Call) {
         let last = self.calls.settings.last();
         if !last.is_some_and(|last| last.is(view)) {
             let setting = Setting::new(view, last);
@@ -319,7 +319,7 @@ impl Drop for Deferred {
 }
 
 impl Sink for Deferred {
-    fn frame(&mut self, _out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, _out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         let Passing { frame, shown, .. } = passing;
         if shown {
             let count = events.len() as u32;
@@ -334,7 +334,7 @@ impl Sink for Deferred {
         }
     }
 
-    fn take(&mut self, _out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, _out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         match notice {
             Notice::Asides(events) if !events.is_empty() => {
                 self.calls.events.extend_from_slice(events);

@@ -24,14 +24,14 @@ use crate::world::network::Network;
 pub(super) struct Text(pub(super) Lines);
 
 impl Sink for Text {
-    fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             self.0.clock = view.jsonl.clock;
             self.0.frame(out, passing.frame, events, view.buses);
         }
     }
 
-    fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         match notice {
             Notice::Asides(events) => self.0.end(out, events),
             Notice::Marker(marker) => self.0.marker(out, marker, view.buses),
@@ -47,7 +47,7 @@ impl Sink for Text {
 pub(super) struct LineRows(pub(super) Lines);
 
 impl Sink for LineRows {
-    fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             self.0.clock = view.jsonl.clock;
             jsonl::line(out, passing.frame.no, |text| self.0.frame(text, passing.frame, events, view.buses));
@@ -60,13 +60,13 @@ impl Sink for LineRows {
 pub(super) struct FrameRows;
 
 impl Sink for FrameRows {
-    fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             jsonl::frame(out, view.jsonl, passing.frame, events);
         }
     }
 
-    fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         match notice {
             Notice::Asides(events) => jsonl::asides(out, view.jsonl, events),
             Notice::Finding(finding) => jsonl::finding(out, view.jsonl, finding),
@@ -95,7 +95,7 @@ impl TransferRows {
 }
 
 impl Sink for TransferRows {
-    fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         let Notice::Transfer(transfer) = notice else { return };
         if let Some(names) = self.names {
             return jsonl::transfer(out, view.jsonl, transfer, names);
@@ -123,7 +123,7 @@ impl FindingRows {
     fn write(
         &self,
         out: &mut Vec<u8>,
-        view: View<'_>,
+        view: &View<'_>,
         events: &[Event],
         passes: impl Fn(&Event, &Finding, &[&HeldFrame]) -> bool,
     ) {
@@ -137,7 +137,7 @@ impl FindingRows {
     }
 
     /// Writes the findings among events that belong to no frame at hand.
-    fn asides(&self, out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
+    fn asides(&self, out: &mut Vec<u8>, view: &View<'_>, events: &[Event]) {
         let filter = &self.filter;
         let passes = |held: &HeldFrame, event: &Event| {
             let events = held.event.as_slice();
@@ -154,14 +154,14 @@ impl FindingRows {
 }
 
 impl Sink for FindingRows {
-    fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         self.context.push(passing.frame, (!events.is_empty()).then(|| events.remove(0)));
         if passing.shown {
             self.write(out, view, events, |_, finding, _| self.filter.takes_finding(finding));
         }
     }
 
-    fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         match notice {
             Notice::Asides(events) => self.asides(out, view, events),
             Notice::Finding(finding) => {
@@ -183,13 +183,13 @@ impl SummaryRows {
 }
 
 impl Sink for SummaryRows {
-    fn frame(&mut self, _out: &mut Vec<u8>, _view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             self.0.frame(passing.frame, events);
         }
     }
 
-    fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         match notice {
             Notice::Asides(events) => self.0.asides(events),
             Notice::Finding(finding) => self.0.finding(finding),
@@ -206,13 +206,13 @@ impl Sink for SummaryRows {
 pub(super) struct ObservedRows(Observed);
 
 impl Sink for ObservedRows {
-    fn frame(&mut self, _out: &mut Vec<u8>, _view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             self.0.frame(passing.frame, events);
         }
     }
 
-    fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         match notice {
             Notice::Marker(Marker::Dropped { bus, .. }) => self.0.lost(Some(*bus)),
             Notice::Marker(Marker::LeftOut { .. }) => self.0.lost(None),
@@ -228,7 +228,7 @@ impl Sink for ObservedRows {
 pub(super) struct Problems;
 
 impl Sink for Problems {
-    fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         if let Notice::Diagnosis(diagnosis) = notice {
             jsonl::diagnosis::write(out, view.jsonl, diagnosis);
         }
@@ -240,7 +240,7 @@ impl Sink for Problems {
 pub(super) struct Endings;
 
 impl Sink for Endings {
-    fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         if let Notice::Diagnosis(diagnosis) = notice {
             jsonl::diagnosis::ends(out, view.jsonl, diagnosis);
         }
@@ -255,7 +255,7 @@ pub(super) struct Changes {
 }
 
 impl Sink for Changes {
-    fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         let Notice::Changed(diagnosis, change) = notice else { return };
         match &self.lines {
             Some(lines) => lines.emphasized(out, |out| problems::changed(out, view.jsonl.lang, diagnosis, change)),

@@ -104,10 +104,10 @@ pub(super) enum Notice<'a> {
 /// An output, with its state from frame to frame.
 pub(super) trait Sink: Any + Debug + Send + Sync {
     /// Takes a frame with its events. A sink that keeps the frame's own event removes it, and is the last one.
-    fn frame(&mut self, _out: &mut Vec<u8>, _view: View<'_>, _passing: Passing<'_>, _events: &mut Vec<Event>) {}
+    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, _passing: Passing<'_>, _events: &mut Vec<Event>) {}
 
     /// Takes a notice.
-    fn take(&mut self, _out: &mut Vec<u8>, _view: View<'_>, _notice: Notice<'_>) {}
+    fn take(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, _notice: Notice<'_>) {}
 
     /// Returns another sink that writes the same, if nothing depends on what was written before.
     fn another(&self) -> Option<Box<dyn Sink>> {
@@ -116,7 +116,7 @@ pub(super) trait Sink: Any + Debug + Send + Sync {
 }
 
 impl Sink for Signals {
-    fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             Signals::frame(self, out, view.jsonl, passing.frame, events);
         }
@@ -124,7 +124,7 @@ impl Sink for Signals {
 }
 
 impl Sink for Info {
-    fn take(&mut self, _out: &mut Vec<u8>, _view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, notice: Notice<'_>) {
         if let Notice::Begin { first: true, .. } = notice {
             *self = Self::default();
         }
@@ -139,14 +139,14 @@ pub(super) struct Digested {
 }
 
 impl Sink for Digested {
-    fn frame(&mut self, _out: &mut Vec<u8>, _view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         self.digest.extend(passing.frame);
         if passing.shown {
             self.digest.frame(passing.frame, events);
         }
     }
 
-    fn take(&mut self, _out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, _out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         let Self { digest, filter } = self;
         let shown = |event: &&Event| match &event.what {
             What::Transfer(transfer) => {
@@ -164,14 +164,14 @@ impl Sink for Digested {
 }
 
 impl Sink for Writer {
-    fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             Writer::frame(self, out, view.writing, passing.frame);
             self.events(out, view.writing, Some(passing.frame), events);
         }
     }
 
-    fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         match notice {
             Notice::Begin { file, format, .. } => self.source(file, format),
             Notice::Asides(events) => self.events(out, view.writing, None, events),
@@ -185,11 +185,11 @@ impl Sink for Writer {
 }
 
 impl Sink for Monitor {
-    fn frame(&mut self, _out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, _out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         Monitor::frame(self, view.jsonl, passing.service.0, passing.frame, events, passing.shown);
     }
 
-    fn take(&mut self, _out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, _out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         match notice {
             Notice::Asides(events) => self.asides(view.jsonl, events),
             Notice::Finding(finding) => self.finding(view.jsonl, finding),
@@ -203,12 +203,12 @@ impl Sink for Monitor {
 }
 
 impl Sink for Columns {
-    fn frame(&mut self, _out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, _out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         let Passing { frame, service, shown, sync: (cycle, window_ns) } = passing;
         Columns::frame(self, Seen { service, cycle, window_ns, shown, setting: view.jsonl }, frame, events);
     }
 
-    fn take(&mut self, _out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    fn take(&mut self, _out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         match notice {
             Notice::Transfer(transfer) => self.transfer(view.jsonl, transfer),
             Notice::Asides(events) => self.asides(view.jsonl, events),

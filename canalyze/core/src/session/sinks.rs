@@ -187,7 +187,7 @@ impl Sinks {
     }
 
     /// Gives a frame with its events to the sinks that are not beside the others.
-    pub(super) fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, frame: &Frame, events: &mut Vec<Event>) {
+    pub(super) fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, frame: &Frame, events: &mut Vec<Event>) {
         self.transfers(out, view, events, 0);
         if self.wants & FRAMES != 0 {
             let passing = self.passing(view, frame, events, (0, None));
@@ -197,7 +197,7 @@ impl Sinks {
     }
 
     /// Gives events that belong to no frame at hand to the sinks that are not beside the others.
-    pub(super) fn asides(&mut self, out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
+    pub(super) fn asides(&mut self, out: &mut Vec<u8>, view: &View<'_>, events: &[Event]) {
         self.transfers(out, view, events, 0);
         let filter = &self.scope.filter;
         let shown =
@@ -214,7 +214,7 @@ impl Sinks {
     /// Gives a frame with all its events to the sinks beside the others. `sync`: see [`Passing`].
     pub(super) fn frame_beside(
         &mut self,
-        view: View<'_>,
+        view: &View<'_>,
         frame: &Frame,
         events: &mut Vec<Event>,
         sync: (u64, Option<Ns>),
@@ -225,19 +225,19 @@ impl Sinks {
     }
 
     /// Gives events that belong to no frame at hand to the sinks beside the others.
-    pub(super) fn asides_beside(&mut self, view: View<'_>, events: &[Event]) {
+    pub(super) fn asides_beside(&mut self, view: &View<'_>, events: &[Event]) {
         let mut out = Vec::new();
         self.group(BESIDE).for_each(|sink| sink.take(&mut out, view, Notice::Asides(events)));
         self.transfers(&mut out, view, events, BESIDE);
     }
 
     /// Gives a notice to all sinks.
-    pub(super) fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+    pub(super) fn take(&mut self, out: &mut Vec<u8>, view: &View<'_>, notice: Notice<'_>) {
         self.list.iter_mut().for_each(|(_, sink)| sink.take(out, view, notice));
     }
 
     /// Gives a finding about the capture to all sinks, if it passes the filter.
-    pub(super) fn finding(&mut self, out: &mut Vec<u8>, view: View<'_>, finding: &Finding) {
+    pub(super) fn finding(&mut self, out: &mut Vec<u8>, view: &View<'_>, finding: &Finding) {
         if self.scope.filter.takes_finding(finding) {
             self.take(out, view, Notice::Finding(finding));
         }
@@ -249,10 +249,14 @@ impl Sinks {
     }
 
     /// Gives the transfers that end here and pass the filter to the sinks of a group that want them.
-    fn transfers(&mut self, out: &mut Vec<u8>, view: View<'_>, events: &[Event], beside: Wants) {
-        if beside == 0 && self.wants & TRANSFERS == 0 {
-            return;
+    #[inline]
+    fn transfers(&mut self, out: &mut Vec<u8>, view: &View<'_>, events: &[Event], beside: Wants) {
+        if beside != 0 || self.wants & TRANSFERS != 0 {
+            self.wanted_transfers(out, view, events, beside);
         }
+    }
+
+    fn wanted_transfers(&mut self, out: &mut Vec<u8>, view: &View<'_>, events: &[Event], beside: Wants) {
         for event in events {
             if let What::Transfer(transfer) = &event.what
                 && self.scope.filter.shows_transfer(transfer, &said_of(view, transfer), view.buses, view.clock)
@@ -264,10 +268,11 @@ impl Sinks {
     }
 
     /// Returns a frame with the result of the filters.
-    fn passing<'a>(&self, view: View<'_>, frame: &'a Frame, events: &[Event], sync: (u64, Option<Ns>)) -> Passing<'a> {
-        let (Scope { filter, masks, .. }, seen) =
-            (&self.scope, Seen { lang: view.jsonl.lang, frame, events, further: None });
-        let shown = filter.shows(frame, &seen, view.buses, view.clock) && masks.shows(frame, view.buses);
+    fn passing<'a>(&self, view: &View<'_>, frame: &'a Frame, events: &[Event], sync: (u64, Option<Ns>)) -> Passing<'a> {
+        let Scope { filter, masks, .. } = &self.scope;
+        let seen = || Seen { lang: view.jsonl.lang, frame, events, further: None };
+        let shown = (filter.is_empty() || filter.shows(frame, &seen(), view.buses, view.clock))
+            && masks.shows(frame, view.buses);
         Passing { frame, service: service(events), shown, sync }
     }
 }

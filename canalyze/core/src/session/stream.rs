@@ -141,7 +141,7 @@ impl Stream {
     fn part(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         self.settle(buses, out);
         for index in 0..buses.names().count() {
-            self.sinks.take(out, self.capture.view(buses), Notice::Gap(BusId(index as u8), false));
+            self.sinks.take(out, &self.capture.view(buses), Notice::Gap(BusId(index as u8), false));
         }
         self.decoding.all_lost(self.capture.last, buses);
         self.aside(buses, out);
@@ -188,7 +188,7 @@ impl Stream {
         let holed = self.decoding.is_behind_hole(frame);
         let stepped = seen.is_some_and(|(_, happened)| happened.step.is_some());
         if holed && let Some(before) = before {
-            self.sinks.take(out, self.capture.view(buses), Notice::Gap(frame.bus, false));
+            self.sinks.take(out, &self.capture.view(buses), Notice::Gap(frame.bus, false));
             self.decoding.lost(frame.bus, *before, buses);
             self.aside(buses, out);
         }
@@ -235,11 +235,11 @@ impl Stream {
     fn write(&mut self, frame: &Frame, sync: (u64, Option<Ns>), buses: &Buses, out: &mut Vec<u8>) {
         self.decoding.restore();
         if self.sinks.has_beside() {
-            self.sinks.frame_beside(self.capture.view(buses), frame, &mut self.decoding.events, sync);
+            self.sinks.frame_beside(&self.capture.view(buses), frame, &mut self.decoding.events, sync);
         }
         self.decoding.fold();
         self.tally.frame(frame, &self.decoding.events);
-        self.sinks.frame(out, self.capture.view(buses), frame, &mut self.decoding.events);
+        self.sinks.frame(out, &self.capture.view(buses), frame, &mut self.decoding.events);
         self.tell(buses, out);
         self.decoding.clear(buses);
     }
@@ -252,13 +252,13 @@ impl Stream {
         }
         for (phase, id) in self.decoding.changes() {
             if let Some(diagnosis) = self.decoding.diagnosis() {
-                self.sinks.take(out, self.capture.view(buses), Notice::Changed(diagnosis, (phase, id)));
+                self.sinks.take(out, &self.capture.view(buses), Notice::Changed(diagnosis, (phase, id)));
             }
         }
     }
 
     pub(super) fn marker(&mut self, marker: Marker, buses: &Buses, out: &mut Vec<u8>) {
-        self.sinks.take(out, self.capture.view(buses), Notice::Marker(&marker));
+        self.sinks.take(out, &self.capture.view(buses), Notice::Marker(&marker));
         if let Marker::Start { date_ns } = marker {
             return self.capture.dated(date_ns);
         }
@@ -280,7 +280,7 @@ impl Stream {
 
     /// A live bus is away: across the gap nothing is judged, and nothing is wrong.
     pub(super) fn gap(&mut self, (bus, away): (BusId, bool), buses: &Buses, out: &mut Vec<u8>) {
-        self.sinks.take(out, self.capture.view(buses), Notice::Gap(bus, away));
+        self.sinks.take(out, &self.capture.view(buses), Notice::Gap(bus, away));
         self.capture.gap();
         self.decoding.lost(bus, self.capture.last, buses);
         self.aside(buses, out);
@@ -290,7 +290,7 @@ impl Stream {
     pub(super) fn until(&mut self, now_ns: Ns, buses: &Buses, out: &mut Vec<u8>) {
         self.arrange(true, buses, out);
         self.advance(now_ns, buses, out);
-        self.sinks.take(out, self.capture.view(buses), Notice::Until(now_ns));
+        self.sinks.take(out, &self.capture.view(buses), Notice::Until(now_ns));
     }
 
     /// A part of the file is lost: across it nothing is judged on any bus.
@@ -314,7 +314,7 @@ impl Stream {
         }
         let (unreadable, finding) = self.capture.end();
         if self.capture.file.frames > 0 {
-            self.sinks.take(out, self.capture.view(buses), Notice::EndOfFile(unreadable.count));
+            self.sinks.take(out, &self.capture.view(buses), Notice::EndOfFile(unreadable.count));
         }
         self.report(finding.as_ref(), buses, out);
     }
@@ -331,7 +331,7 @@ impl Stream {
         if self.ahead.is_empty() && self.order.is_empty() && !self.sinks.is_done() {
             self.decoding.advance(now_ns, self.capture.last, buses);
         }
-        self.sinks.take(out, self.capture.view(buses), Notice::Advance(now_ns));
+        self.sinks.take(out, &self.capture.view(buses), Notice::Advance(now_ns));
         self.aside(buses, out);
     }
 
@@ -344,23 +344,23 @@ impl Stream {
         self.decoding.counted(self.capture.last);
         self.write_aside(buses, out);
         if let Some(diagnosis) = self.decoding.diagnosis().filter(|_| diagnosed) {
-            self.sinks.take(out, self.capture.view(buses), Notice::Diagnosis(diagnosis));
+            self.sinks.take(out, &self.capture.view(buses), Notice::Diagnosis(diagnosis));
         }
         if self.capture.frames > 0 {
             let (idle, timeless) = (self.sinks.is_idle(), self.sinks.is_timeless());
             let beyond = self.sinks.beyond(self.capture.frames);
             self.capture.finish(self.decoding.absent(buses), idle, beyond, timeless);
-            self.sinks.take(out, self.capture.view(buses), Notice::Settle(self.decoding.buses()));
-            self.sinks.take(out, self.capture.view(buses), Notice::Finish(self.sinks.shown));
+            self.sinks.take(out, &self.capture.view(buses), Notice::Settle(self.decoding.buses()));
+            self.sinks.take(out, &self.capture.view(buses), Notice::Finish(self.sinks.shown));
         }
-        self.sinks.take(out, self.capture.view(buses), Notice::Close);
+        self.sinks.take(out, &self.capture.view(buses), Notice::Close);
     }
 
     pub(super) fn report(&mut self, finding: Option<&Finding>, buses: &Buses, out: &mut Vec<u8>) {
         if let Some(finding) = finding {
             self.tally.finding(finding);
             self.decoding.diagnosed_finding(finding);
-            self.sinks.finding(out, self.capture.view(buses), finding);
+            self.sinks.finding(out, &self.capture.view(buses), finding);
         }
     }
 
@@ -368,7 +368,7 @@ impl Stream {
     pub(super) fn aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         self.decoding.diagnosed_aside();
         self.decoding.restore();
-        self.sinks.asides_beside(self.capture.view(buses), &self.decoding.events);
+        self.sinks.asides_beside(&self.capture.view(buses), &self.decoding.events);
         self.decoding.fold();
         self.write_aside(buses, out);
     }
@@ -376,7 +376,7 @@ impl Stream {
     /// The same of what is not only counted, but for tables.
     pub(super) fn write_aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         self.tally.events(&self.decoding.events);
-        self.sinks.asides(out, self.capture.view(buses), &self.decoding.events);
+        self.sinks.asides(out, &self.capture.view(buses), &self.decoding.events);
         self.tell(buses, out);
         self.decoding.clear(buses);
     }

@@ -47,7 +47,7 @@ impl Subject for Seen<'_> {
     }
 
     fn annotation(&self, out: &mut Vec<u8>) {
-        let lines = Lines::new(self.lang, Depth::Default, None);
+        let mut lines = Lines::new(self.lang, Depth::Default, None);
         for event in self.all() {
             lines.said(out, event, self.frame);
         }
@@ -76,6 +76,6 @@ pub(super) fn aside(lang: Lang, event: &Event) -> impl Fn(&mut Vec<u8>) {
 }
 
 /// Returns the words about a transfer.
-pub(super) fn said_of<'a>(view: View<'a>, transfer: &'a Transfer) -> impl Fn(&mut Vec<u8>) + 'a {
+pub(super) fn said_of<'a>(view: &'a View<'a>, transfer: &'a Transfer) -> impl Fn(&mut Vec<u8>) + 'a {
     move |out| lane::transfer(out, view.jsonl.lang, transfer, true)
 }

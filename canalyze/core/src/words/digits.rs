@@ -66,7 +66,12 @@ pub struct Hex<const DIGITS: usize>(pub u64);
 
 impl<const N: usize> Put for Hex<N> {
     fn put(&self, out: &mut Vec<u8>) {
-        hex(out, self.0, N);
+        // In one piece, since nearly every line has some.
+        let mut digits = [b'0'; N];
+        for (position, slot) in digits.iter_mut().rev().enumerate().take(16) {
+            *slot = digit((self.0 >> (4 * position)) as u8);
+        }
+        out.extend_from_slice(&digits);
     }
 }
 
@@ -124,10 +129,22 @@ pub struct Joined<'a>(pub &'a [u8]);
 
 impl Put for Joined<'_> {
     fn put(&self, out: &mut Vec<u8>) {
-        for byte in self.0 {
-            hex_byte(out, *byte);
+        for eight in self.0.chunks(8) {
+            let mut digits = [0; 16];
+            for (pair, byte) in digits.as_chunks_mut::<2>().0.iter_mut().zip(eight) {
+                *pair = hex_digits(*byte);
+            }
+            put_beginning(out, &digits, 2 * eight.len());
         }
     }
+}
+
+/// Appends the first `len` bytes. A copy of constant length costs less than one of the right length.
+#[inline]
+fn put_beginning<const N: usize>(out: &mut Vec<u8>, bytes: &[u8; N], len: usize) {
+    let end = out.len() + len;
+    out.extend_from_slice(bytes);
+    out.truncate(end);
 }
 
 /// Appends its arguments one after the other: `put!(out; "node ", node, ": ", Hex::<2>(state), "h")`.
@@ -138,6 +155,76 @@ macro_rules! put {
     }};
 }
 pub(crate) use put;
+
+/// Texts that were appended before, each found by a number that decides it. The last one of each place is kept.
+#[derive(Debug, Default)]
+pub struct KnownTexts {
+    texts: Vec<KnownText>,
+    /// Texts that were not kept, since memory for a few of them is not worth it.
+    few: usize,
+}
+
+/// A text of up to [`KnownText::MOST`] bytes; none has a length of 0.
+#[derive(Clone, Copy, Debug)]
+struct KnownText {
+    key: u64,
+    bytes: [u8; Self::MOST],
+    len: u8,
+}
+
+impl KnownText {
+    const MOST: usize = 55;
+}
+
+impl KnownTexts {
+    /// Number of places: most captures have fewer CAN-IDs.
+    const PLACES: usize = 256;
+    /// Number of texts from which on they are kept.
+    const FEW: usize = 32;
+
+    fn place(key: u64) -> usize {
+        // Multiplied by 2^64 by the golden ratio, numbers that are close to each other have places of their own.
+        (key.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize % Self::PLACES
+    }
+
+    /// Appends the text of a number if it is known; returns true if it is.
+    #[inline]
+    pub fn put(&self, out: &mut Vec<u8>, key: u64) -> bool {
+        let known = self.texts.get(Self::place(key)).filter(|known| known.key == key && known.len > 0);
+        let Some(KnownText { bytes, len, .. }) = known else { return false };
+        put_beginning(out, bytes, usize::from(*len));
+        true
+    }
+
+    /// Forgets all texts.
+    pub fn clear(&mut self) {
+        self.texts.clear();
+    }
+
+    /// Returns true if this is the text of a number.
+    #[inline]
+    pub fn holds(&self, key: u64, text: &[u8]) -> bool {
+        let known = self.texts.get(Self::place(key)).filter(|known| known.key == key);
+        known.is_some_and(|known| known.bytes.get(..usize::from(known.len)) == Some(text))
+    }
+
+    /// Keeps the text of a number, unless it is too long.
+    pub fn keep(&mut self, key: u64, text: &[u8]) {
+        if self.few < Self::FEW {
+            self.few += 1;
+            return;
+        }
+        if self.texts.is_empty() {
+            self.texts.resize(Self::PLACES, KnownText { key: 0, bytes: [0; KnownText::MOST], len: 0 });
+        }
+        if let Some(known) = self.texts.get_mut(Self::place(key))
+            && let Some(bytes) = known.bytes.get_mut(..text.len())
+        {
+            bytes.copy_from_slice(text);
+            (known.key, known.len) = (key, text.len() as u8);
+        }
+    }
+}
 
 /// Two upper-case hexadecimal digits of each byte.
 static PAIRS: [[u8; 2]; 256] = pairs();
@@ -185,9 +272,8 @@ pub fn decimal(out: &mut Vec<u8>, value: u64) {
     filled(out, value, 0, b'0');
 }
 
-/// Appends a decimal number that is filled to a width of at most 20. It is written right to left into a buffer, with a
-/// constant divisor: dividing by a power found at run time costs several times as much, and numbers are half of the
-/// output.
+/// Appends a decimal number that is filled to a width of at most 20. Eight digits are computed at once: dividing by a
+/// power found at run time costs several times as much, and numbers are half of the output.
 pub fn filled(out: &mut Vec<u8>, value: u64, width: usize, fill: u8) {
     const EIGHT: u64 = 100_000_000;
     if value < 100 && width <= 2 {
@@ -202,18 +288,14 @@ pub fn filled(out: &mut Vec<u8>, value: u64, width: usize, fill: u8) {
         filled(out, value / EIGHT, width.saturating_sub(8), fill);
         return out.extend_from_slice(&eight_digits((value % EIGHT) as u32));
     }
-    let mut digits = [fill; 20];
-    let mut rest = value;
-    let mut count = 0;
-    for slot in digits.iter_mut().rev() {
-        *slot = b'0' + (rest % 10) as u8;
-        rest /= 10;
-        count += 1;
-        if rest == 0 {
-            break;
-        }
+    let digits = u64::from_le_bytes(eight_digits(value as u32));
+    // The first digit is lowest, and digits are apart from zeros by their lower four bits.
+    let zeros = ((digits & 0x0F0F_0F0F_0F0F_0F0F).trailing_zeros() / 8).min(7);
+    let count = 8 - zeros as usize;
+    for _ in count..width.min(20) {
+        out.push(fill);
     }
-    out.extend_from_slice(digits.get(digits.len() - count.max(width.min(20))..).unwrap_or(&digits));
+    put_beginning(out, &(digits >> (8 * zeros)).to_le_bytes(), count);
 }
 
 /// Appends a fraction of a second, given in ns, with its point and `count` digits (at most 9); nothing if that is 0.

@@ -3,12 +3,42 @@
 //! A device name may contain escape sequences, bidirectional overrides or broken UTF-8. None of it may reach a terminal
 //! or break a JSON line. Backslashes are not doubled: the text is for reading, not for parsing back.
 
-use super::digits::{hex, hex_byte};
+use std::cell::RefCell;
+
+use super::digits::{KnownTexts, hex, hex_byte};
+
+thread_local! {
+    /// Texts that JSON writes as they are, but not ASCII: most are the same in many lines.
+    static PLAIN: RefCell<KnownTexts> = RefCell::default();
+}
+
+/// Returns true if JSON writes a text as it is.
+fn is_as_it_is(text: &[u8]) -> bool {
+    if is_bare(text) {
+        return true;
+    }
+    let key = hash(text);
+    if PLAIN.with_borrow(|known| known.holds(key, text)) {
+        return true;
+    }
+    let plain = text.iter().all(|byte| is_plain(*byte)) && std::str::from_utf8(text).is_ok();
+    if plain {
+        PLAIN.with_borrow_mut(|known| known.keep(key, text));
+    }
+    plain
+}
+
+/// Returns a number for a text, by eight bytes at a time.
+fn hash(text: &[u8]) -> u64 {
+    let mix = |hash: u64, word: u64| (hash.rotate_left(5) ^ word).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    let (words, rest) = text.as_chunks::<8>();
+    let hash = words.iter().fold(text.len() as u64, |hash, word| mix(hash, u64::from_le_bytes(*word)));
+    rest.iter().fold(hash, |hash, byte| mix(hash, u64::from(*byte)))
+}
 
 /// Ends the JSON string whose text begins at `start`, behind its opening quote.
 pub fn close(out: &mut Vec<u8>, start: usize) {
-    let is_plain = |text: &[u8]| text.iter().all(|byte| is_plain(*byte)) && std::str::from_utf8(text).is_ok();
-    if out.get(start..).is_some_and(|text| is_bare(text) || is_plain(text)) {
+    if out.get(start..).is_some_and(is_as_it_is) {
         return out.push(b'"');
     }
     let text = out.split_off(start);
@@ -21,7 +51,9 @@ pub fn close(out: &mut Vec<u8>, start: usize) {
 fn is_bare(bytes: &[u8]) -> bool {
     let (blocks, rest) = bytes.as_chunks::<16>();
     let bare = |all: bool, byte: &u8| all & matches!(byte, b' '..=b'~') & !matches!(byte, b'"' | b'[' | b'\\');
-    blocks.iter().all(|block| block.iter().fold(true, bare)) && rest.iter().fold(true, bare)
+    let mut last = [b' '; 16];
+    last.iter_mut().zip(rest).for_each(|(slot, byte)| *slot = *byte);
+    blocks.iter().all(|block| block.iter().fold(true, bare)) && last.iter().fold(true, bare)
 }
 
 /// Appends `bytes` as a JSON string, with its quotes. Invalid UTF-8 becomes U+FFFD.

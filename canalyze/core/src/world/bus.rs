@@ -25,6 +25,7 @@ use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::{ClockStep, Happened};
 use crate::sdo::channel::{Interruption, is_whole};
 use crate::sdo::exchange::expedited;
+use crate::sdo::limits::UNANSWERED_NS;
 use crate::sdo::state::SdoChannel;
 use crate::sdo::transfer::Transfer;
 use crate::sdo::wire::{Command, Mux, Side};
@@ -73,6 +74,8 @@ pub struct Bus {
     booted: BTreeSet<u8>,
     /// The last write to each node that may still be answered.
     open_writes: BTreeMap<u8, (Mux, When)>,
+    /// The earliest time of one of them or an earlier time, in ns.
+    writes_since_ns: Ns,
     publisher: Publisher,
 }
 
@@ -120,6 +123,7 @@ impl Bus {
             again: false,
             booted: BTreeSet::new(),
             open_writes: BTreeMap::new(),
+            writes_since_ns: Ns::MAX,
             publisher: Publisher::default(),
         }
     }
@@ -209,7 +213,8 @@ impl Bus {
         self.began_ns = self.began_ns.or(frame.t_ns);
         let role = self.roles.of(frame.id);
         cx.evidence.recording.take(&mut cx.when, happened, frame, role.is_command());
-        let role = if self.open_writes.is_empty() { role } else { self.role_after_writes(frame, cx) };
+        let waits = |now: Ns| now - self.writes_since_ns <= UNANSWERED_NS;
+        let role = if cx.when.at.t_ns.is_none_or(waits) { role } else { self.role_after_writes(frame, cx) };
         cx.sighting = cx.evidence.recording.sighting(cx.at, happened.sighting);
         self.again = cx.sighting == Sighting::Duplicate;
         if cx.evidence.recording.is_first_of_stall(cx.when) {
@@ -264,6 +269,10 @@ impl Bus {
     /// before the capture may run.
     #[inline]
     pub fn is_ambiguous(&self, frame: &Frame) -> bool {
+        matches!(self.roles.of(frame.id), Role::SdoRequest(_) | Role::SdoResponse(_)) && self.is_ambiguous_sdo(frame)
+    }
+
+    fn is_ambiguous_sdo(&self, frame: &Frame) -> bool {
         if frame.kind != Kind::Data {
             return false;
         }

@@ -125,7 +125,10 @@ impl Reader {
 
     /// Feeds the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        let sink = &mut |item: Item, buses: &Buses| sink(item.on_known_bus(), buses);
+        let sink = &mut |mut item: Item, buses: &Buses| {
+            item.refuse_further_bus();
+            sink(item, buses);
+        };
         match self {
             Self::Candump(reader) => reader.feed(bytes, buses, sink),
             Self::Packed(reader) => reader.feed(bytes, buses, sink),
@@ -147,13 +150,19 @@ impl Reader {
     /// Reads what waits, since a pipe has come to a rest.
     pub fn rest(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         if let Self::Rows(reader) = self {
-            reader.rest(buses, &mut |item: Item, buses: &Buses| sink(item.on_known_bus(), buses));
+            reader.rest(buses, &mut |mut item: Item, buses: &Buses| {
+                item.refuse_further_bus();
+                sink(item, buses);
+            });
         }
     }
 
     /// Ends the file.
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        let sink = &mut |item: Item, buses: &Buses| sink(item.on_known_bus(), buses);
+        let sink = &mut |mut item: Item, buses: &Buses| {
+            item.refuse_further_bus();
+            sink(item, buses);
+        };
         match self {
             Self::Candump(reader) => reader.finish(buses, sink),
             Self::Packed(reader) => reader.finish(buses, sink),
@@ -169,7 +178,10 @@ impl Reader {
 
     /// Ends an interrupted file, whose incomplete end is not a fault of the file.
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        let sink = &mut |item: Item, buses: &Buses| sink(item.on_known_bus(), buses);
+        let sink = &mut |mut item: Item, buses: &Buses| {
+            item.refuse_further_bus();
+            sink(item, buses);
+        };
         match self {
             Self::Candump(reader) => reader.interrupt(buses, sink),
             Self::Packed(reader) => reader.interrupt(buses, sink),
@@ -229,19 +241,19 @@ pub enum Item {
 }
 
 impl Item {
-    /// Returns the item, or an unreadable one if its bus is beyond the maximum number.
+    /// Makes the item an unreadable one if its bus is beyond the maximum number.
     #[inline]
-    pub fn on_known_bus(self) -> Self {
-        let (bus, line) = match &self {
+    pub fn refuse_further_bus(&mut self) {
+        let (bus, line) = match self {
             Self::Frame(frame) => (frame.bus, frame.line),
             Self::Gap { bus, .. } => (*bus, None),
             Self::Marker(Marker::Dropped { bus, place, .. } | Marker::Error { bus, place, .. }) => (*bus, place.line()),
-            _ => return self,
+            _ => return,
         };
-        if bus != BusId::BEYOND {
-            return self;
+        if bus == BusId::BEYOND {
+            let place = line.map_or(FilePlace::Live, FilePlace::Line);
+            *self = Self::Unreadable { place, reason: Unreadable::Bus };
         }
-        Self::Unreadable { place: line.map_or(FilePlace::Live, FilePlace::Line), reason: Unreadable::Bus }
     }
 }
 

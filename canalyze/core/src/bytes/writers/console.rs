@@ -7,8 +7,9 @@
 use super::{CaptureFacts, Loss, Losses, name_of};
 use crate::bytes::calendar::date_of;
 use crate::bytes::frame::{Direction, Frame, Kind, Stamp, StampForm};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::Marker;
-use crate::words::digits::{Hex, Padded, filled, fraction, hex_digits, put};
+use crate::words::digits::{Hex, KnownTexts, Padded, filled, fraction, hex_digits, put};
 use crate::words::escape;
 
 const SECOND: i64 = 1_000_000_000;
@@ -73,20 +74,47 @@ pub struct ConsoleColumns {
     width: usize,
     /// True after a 29-bit identifier, from which on candump indents 11-bit ones.
     indent: bool,
+    /// The columns from the bus to the length by what decides them, but for the layout.
+    known: KnownTexts,
+    second: Second,
+}
+
+/// The whole second of the last stamp and its text, since most stamps have that of the one before.
+#[derive(Debug, Default)]
+struct Second {
+    /// Its beginning, in ns.
+    from_ns: i64,
+    /// The width of its text, in digits; 0 before the first.
+    width: u8,
+    /// Its text.
+    digits: Vec<u8>,
 }
 
 impl ConsoleColumns {
     /// Appends stamp, bus, direction, identifier and length of a frame, up to the blank after the length.
     pub fn head(&mut self, out: &mut Vec<u8>, stamp: Option<&Stamp>, name: &[u8], frame: &Frame) {
-        self.source(out, stamp, name, frame);
+        if let Some(stamp) = stamp {
+            self.stamp(out, stamp);
+        }
+        let key = key(name, frame);
+        if self.known.put(out, key) {
+            return;
+        }
+        let (start, layout) = (out.len(), (self.width, self.indent));
+        self.bus(out, name);
+        direction(out, frame);
         self.identifier(out, frame);
         length(out, frame);
+        if layout != (self.width, self.indent) {
+            self.known.clear();
+        }
+        self.known.keep(key, out.get(start..).unwrap_or_default());
     }
 
     /// Appends the columns before the identifier.
     pub fn source(&mut self, out: &mut Vec<u8>, stamp: Option<&Stamp>, name: &[u8], frame: &Frame) {
         if let Some(stamp) = stamp {
-            written(out, stamp);
+            self.stamp(out, stamp);
         }
         self.bus(out, name);
         direction(out, frame);
@@ -95,10 +123,32 @@ impl ConsoleColumns {
     /// Appends the line of an error marker without content.
     pub fn error(&mut self, out: &mut Vec<u8>, stamp: Option<&Stamp>, name: &[u8]) {
         if let Some(stamp) = stamp {
-            written(out, stamp);
+            self.stamp(out, stamp);
         }
         self.bus(out, name);
         put!(out; "ERROR\n");
+    }
+
+    /// Appends a stamp in parentheses with its digits as written.
+    fn stamp(&mut self, out: &mut Vec<u8>, stamp: &Stamp) {
+        let Second { from_ns, width, digits } = &mut self.second;
+        let within = stamp.ns.as_ns() - *from_ns;
+        if stamp.form != StampForm::Seconds || stamp.ns < Ns::ZERO {
+            put!(out; "(");
+            self::digits(out, stamp);
+        } else if *width == stamp.width && (0..SECOND).contains(&within) {
+            out.extend_from_slice(digits);
+            fraction(out, within as u32, stamp.decimals);
+        } else {
+            let (start, whole) = (out.len(), stamp.ns.as_ns() / SECOND);
+            put!(out; "(");
+            filled(out, whole.unsigned_abs(), usize::from(stamp.width), b'0');
+            (*from_ns, *width) = (whole * SECOND, stamp.width);
+            digits.clear();
+            digits.extend_from_slice(out.get(start..).unwrap_or_default());
+            fraction(out, (stamp.ns.as_ns() - *from_ns) as u32, stamp.decimals);
+        }
+        put!(out; ")  ");
     }
 
     fn bus(&mut self, out: &mut Vec<u8>, name: &[u8]) {
@@ -149,11 +199,25 @@ pub fn left_out(out: &mut Vec<u8>, count: Option<u64>) {
     }
 }
 
-/// Appends a stamp in parentheses with its digits as written.
-fn written(out: &mut Vec<u8>, stamp: &Stamp) {
-    put!(out; "(");
-    digits(out, stamp);
-    put!(out; ")  ");
+/// Returns all that decides the columns from the bus to the length, but for the layout. A bus has one name in a
+/// capture, or none where it is not shown.
+fn key(name: &[u8], frame: &Frame) -> u64 {
+    let Frame { bus, id, kind, dir, len, length_form: form, .. } = *frame;
+    let kind = match kind {
+        Kind::Data => 0,
+        Kind::Remote => 1,
+        Kind::Error => 2,
+        Kind::Fd { brs, esi } => 4 | u64::from(brs) | u64::from(esi) << 1,
+    };
+    let dir = match dir {
+        None => 0,
+        Some(Direction::Rx) => 1,
+        Some(Direction::Tx) => 2,
+    };
+    let form = u64::from(form.raw_dlc & 15) | u64::from(form.braces) << 4 | u64::from(form.two_digits) << 5;
+    let id = u64::from(id.raw()) | u64::from(id.is_extended()) << 29;
+    let of = kind | dir << 3 | form << 5 | u64::from(len & 127) << 11 | u64::from(bus.0) << 18;
+    id | of << 30 | u64::from(name.is_empty()) << 56
 }
 
 /// Appends a stamp with its digits as written.

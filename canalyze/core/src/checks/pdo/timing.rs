@@ -22,7 +22,7 @@ use crate::wire::nmt::START;
 use crate::wire::pdo::communication_parameter;
 use crate::world::configuration::Provenance;
 use crate::world::context::Context;
-use crate::world::node::Pdo;
+use crate::world::node::{Pdo, PerNode};
 
 /// Error of a node's timers: its tick of 1 ms, and the fraction by which its oscillator differs (up to 1 %).
 const TICK_NS: Ns = Ns::from_ms(1);
@@ -48,7 +48,8 @@ type TimingKey = (u8, bool, u16);
 /// Event-driven PDOs of a bus, and their times.
 #[derive(Debug, Default)]
 pub struct PdoTiming {
-    sent: BTreeMap<TimingKey, Sent>,
+    /// By node, transmit or receive, and number.
+    sent: PerNode<BTreeMap<(bool, u16), Sent>>,
     /// The next frame of each, by its event timer or deadline.
     due: Obligations<TimingKey>,
     /// Nodes commanded not to send, or reporting a state in which they do not.
@@ -101,7 +102,7 @@ impl PdoTiming {
         let timer = Ns::from_ms(pdo.event_timer.map_or(0, trusted));
         self.came(name, cx);
         let late_ns = cx.evidence.recording.shortens_ns(cx.when, inhibit);
-        let sent = self.sent.entry(name).or_default();
+        let sent = self.sent.entry(node).entry((pdo.transmit, pdo.number)).or_default();
         sent.timer_ns = timer;
         sent.follow(name, inhibit, late_ns, cx);
         if timer > Ns::ZERO && !self.halted.contains(&node) {
@@ -117,11 +118,11 @@ impl PdoTiming {
         let name = (node, true, number);
         if cx.at.t_ns.is_none() || pdo.is_some_and(named) {
             // It may have been named since.
-            self.sent.get_mut(&name).into_iter().for_each(|sent| sent.learnt = None);
+            self.get_mut(name).into_iter().for_each(|sent| sent.learnt = None);
             return;
         }
         self.came(name, cx);
-        let sent = self.sent.entry(name).or_default();
+        let sent = self.sent.entry(node).entry((true, number)).or_default();
         let LearntTimer { timer, head, when } = sent.learnt.get_or_insert_default();
         let unchanged = std::mem::replace(head, frame.head()) == frame.head();
         let recording = &cx.evidence.recording;
@@ -141,11 +142,15 @@ impl PdoTiming {
         self.due.open(name, Owed { since: cx.when, limit_ns, why: None });
     }
 
+    fn get_mut(&mut self, (node, transmit, number): TimingKey) -> Option<&mut Sent> {
+        self.sent.get_mut(node)?.get_mut(&(transmit, number))
+    }
+
     /// Judges the time up to a frame.
     fn came(&mut self, name: TimingKey, cx: &mut Context<'_>) {
         if let Some(owed) = self.due.met(name)
             && !self.overdue(name, owed, cx)
-            && let Some(sent) = self.sent.get_mut(&name)
+            && let Some(sent) = self.get_mut(name)
         {
             sent.overdue.keep();
         }
@@ -159,7 +164,7 @@ impl PdoTiming {
 
     /// Takes a remote frame for a TPDO: the inhibit time does not bind the answer.
     pub fn requested(&mut self, node: u8, number: u16) {
-        if let Some(sent) = self.sent.get_mut(&(node, true, number)) {
+        if let Some(sent) = self.get_mut((node, true, number)) {
             sent.requested = true;
         }
     }
@@ -185,7 +190,9 @@ impl PdoTiming {
     fn overdue(&mut self, name: TimingKey, owed: Owed, cx: &mut Context<'_>) -> bool {
         let (node, transmit, number) = name;
         let recording = &cx.evidence.recording;
-        let Some(sent) = self.sent.get_mut(&name) else { return false };
+        let Some(sent) = self.sent.get_mut(node).and_then(|sent| sent.get_mut(&(transmit, number))) else {
+            return false;
+        };
         let Some(last) = sent.when else { return false };
         let Some(gap) = recording.between(last, cx.when) else { return false };
         // During a silence of the bus the recorder may hold one frame, but not two.
@@ -245,24 +252,27 @@ impl PdoTiming {
 
     /// Stops one node, or all: the next time is unknown, the punctuality is kept.
     fn pause(&mut self, node: Option<u8>) {
-        let concerned = |name: &TimingKey| node.is_none_or(|node| node == name.0);
-        for (_, sent) in self.sent.iter_mut().filter(|(name, _)| concerned(name)) {
+        let concerned = |of: u8| node.is_none_or(|node| node == of);
+        let sent = self.sent.iter_mut().filter(|(of, _)| concerned(*of));
+        for sent in sent.flat_map(|(_, sent)| sent.values_mut()) {
             sent.when = None;
             sent.learnt.iter_mut().for_each(|learnt| learnt.when = None);
         }
-        self.due.void(concerned);
+        self.due.void(|name| concerned(name.0));
     }
 
     /// Forgets one node, or all, after a reset or lost frames.
     pub fn forget(&mut self, node: Option<u8>) {
-        let concerned = |name: &TimingKey| node.is_none_or(|node| node == name.0);
-        self.sent.retain(|name, _| !concerned(name));
-        self.due.void(concerned);
+        let concerned = |of: u8| node.is_none_or(|node| node == of);
+        self.sent.iter_mut().filter(|(of, _)| concerned(*of)).for_each(|(_, sent)| sent.clear());
+        self.due.void(|name| concerned(name.0));
     }
 
     /// Takes a write to a PDO parameter.
     pub fn reconfigured(&mut self, node: u8, transmit: bool, number: u16) {
-        self.sent.remove(&(node, transmit, number));
+        if let Some(sent) = self.sent.get_mut(node) {
+            sent.remove(&(transmit, number));
+        }
         self.due.met((node, transmit, number));
     }
 }

@@ -5,19 +5,31 @@ use crate::bytes::ns::Ns;
 use crate::wire::pdo::Multiplexed;
 use crate::wire::pdo::mapping::Mapping;
 use crate::wire::role::{Nodes, PdoLabel};
-use crate::words::digits::put;
+use crate::words::digits::{KnownTexts, put};
 use crate::words::value::{self, Size};
 use crate::words::{Depth, Lang, say, sentence, signal};
 use crate::world::configuration::Provenance;
 use crate::world::event::{Addressed, Placement, ProcessData, Signals, Unmapped};
 
-/// Appends the phrase of a PDO, and at other depths than brief its signals. No line end.
-pub fn process_data(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessData, frame: &Frame) {
-    put!(out; PdoLabel { lang, transmit: data.transmit, number: data.number, node: data.node });
+/// Appends the phrase of a PDO, and at other depths than brief its signals. No line end. `known`: phrases of this
+/// language and depth that were appended before.
+pub fn process_data(
+    out: &mut Vec<u8>,
+    lang: Lang,
+    depth: Depth,
+    data: &ProcessData,
+    frame: &Frame,
+    known: &mut KnownTexts,
+) {
+    let key = beginning_key(data, frame.len);
+    if !known.put(out, key) {
+        let start = out.len();
+        beginning(out, lang, depth, data, frame.len);
+        known.keep(key, out.get(start..).unwrap_or_default());
+    }
     if depth == Depth::Brief {
         return;
     }
-    put!(out; ": ");
     match &data.content {
         Signals::Mapped(mapping, from) => {
             signal::all(out, lang, mapping, frame.payload());
@@ -29,17 +41,42 @@ pub fn process_data(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessD
             say!(out, lang; zh: " (按", consumer, "的映射)"; en: " (mapped as ", consumer, ")");
             preset(out, lang, *from);
         }
-        Signals::None(why) => put!(out; Size(lang, frame.len.into()), match why {
+        Signals::None(_) => {}
+    }
+    if let Some(sync) = &data.sync {
+        placement(out, sync);
+    }
+}
+
+/// Appends the part of the phrase that the bytes of the PDO do not change.
+fn beginning(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessData, len: u8) {
+    put!(out; PdoLabel { lang, transmit: data.transmit, number: data.number, node: data.node });
+    if depth == Depth::Brief {
+        return;
+    }
+    put!(out; ": ");
+    if let Signals::None(why) = data.content {
+        put!(out; Size(lang, len.into()), match why {
             Unmapped::Unknown => lang.pick(", 映射未知", ", mapping unknown"),
             Unmapped::Unconfirmed => lang.pick(", 映射未知, COB-ID未确认", ", mapping unknown, COB-ID unconfirmed"),
             Unmapped::Contradicted => lang.pick(", 与EDS默认映射不符", ", does not fit the EDS default mapping"),
             Unmapped::Disabled => lang.pick(", 映射已禁用", ", mapping disabled"),
             Unmapped::Multiplex => lang.pick(", 不是完整的MPDO", ", not a complete MPDO"),
-        }),
+        });
     }
-    if let Some(sync) = &data.sync {
-        placement(out, sync);
-    }
+}
+
+/// Returns all that decides that part.
+fn beginning_key(data: &ProcessData, len: u8) -> u64 {
+    let why = match data.content {
+        Signals::Mapped(..) | Signals::ByConsumer(..) => 0,
+        Signals::None(why) => 1 + why as u64,
+    };
+    u64::from(data.node)
+        | u64::from(data.number) << 8
+        | u64::from(data.transmit) << 24
+        | why << 25
+        | u64::from(len) << 32
 }
 
 /// Appends the phrase of a multiplex PDO, and at other depths than brief what it carries. No line end.

@@ -8,6 +8,7 @@ use super::Bus;
 use super::drives::reported;
 use super::learning::known;
 use crate::bytes::frame::Frame;
+use crate::bytes::ns::Ns;
 use crate::checks::PdoName;
 use crate::evidence::When;
 use crate::evidence::duplicates::Sighting;
@@ -67,6 +68,7 @@ impl Bus {
             self.unanswered(node, mux);
         } else {
             self.open_writes.insert(node, (mux, cx.when));
+            self.writes_since_ns = self.writes_since_ns.min(cx.when.at.t_ns.unwrap_or(Ns::MAX));
         }
     }
 
@@ -104,6 +106,8 @@ impl Bus {
         for (node, mux) in overdue {
             self.unanswered(node, mux);
         }
+        let times = self.open_writes.values().filter_map(|(_, since)| since.at.t_ns);
+        self.writes_since_ns = times.min().unwrap_or(Ns::MAX);
         self.roles.of(frame.id)
     }
 }

@@ -21,6 +21,7 @@ use super::lines::Begun;
 use super::listing::{self, Base, Gaps, Omission};
 use super::{FilePlace, Item, Marker, Unreadable};
 use crate::bytes::frame::{BusId, Buses, CanId, Direction, Frame, Kind, Stamp, StampForm};
+use crate::bytes::ns::Ns;
 
 /// Number of bytes of a file that are examined for the meaning of its stamps.
 const HEAD: usize = 64 * 1024;
@@ -174,14 +175,19 @@ impl Candump {
                 self.bus = buses.intern(name);
             }
             frame.bus = self.bus;
-            let stamp = frame.stamp;
-            let cut = last && self.behind.may_go_on(&frame, text, false);
-            let what = if cut {
-                LineContent::Unreadable(Fail { reason: Unreadable::Cut, end: true })
-            } else {
-                LineContent::Frame
-            };
-            self.give(Line { stamp, console: false, bus: b"", row: None, what, frame, tail: b"" }, buses, sink);
+            if last && self.behind.may_go_on(&frame, text, false) {
+                let what = LineContent::Unreadable(Fail { reason: Unreadable::Cut, end: true });
+                let stamp = frame.stamp;
+                return self.give(
+                    Line { stamp, console: false, bus: b"", row: None, what, frame, tail: b"" },
+                    buses,
+                    sink,
+                );
+            }
+            frame.t_ns = self.timed(frame.stamp, false, buses, sink);
+            frame.line = Some(self.lines);
+            self.gaps.row(buses, sink);
+            sink(Item::Frame(frame), buses);
         } else if memchr(b'\r', text.trim_ascii()).is_some() {
             // Lines that end with a carriage return only.
             let mut lines = text.trim_ascii_end().split(|&byte| byte == b'\r').peekable();
@@ -277,16 +283,25 @@ impl Candump {
         }
     }
 
+    /// Returns the time of a stamp. `console`: it may be a difference.
+    #[inline(always)]
+    fn timed(
+        &mut self,
+        stamp: Option<Stamp>,
+        console: bool,
+        buses: &Buses,
+        sink: &mut impl FnMut(Item, &Buses),
+    ) -> Option<Ns> {
+        let (moment, backward) = self.clock.moment(stamp?, console);
+        if backward {
+            sink(Item::Marker(Marker::Backward { place: FilePlace::Line(self.lines) }), buses);
+        }
+        Some(moment)
+    }
+
     #[inline(always)]
     fn give(&mut self, line: Line<'_>, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        let mut t_ns = None;
-        if let Some(stamp) = line.stamp {
-            let (moment, backward) = self.clock.moment(stamp, line.console);
-            t_ns = Some(moment);
-            if backward {
-                sink(Item::Marker(Marker::Backward { place: FilePlace::Line(self.lines) }), buses);
-            }
-        }
+        let t_ns = self.timed(line.stamp, line.console, buses, sink);
         match (&line.what, line.row) {
             (LineContent::Frame | LineContent::Dropped { .. } | LineContent::Error, None) => self.gaps.row(buses, sink),
             (LineContent::Nothing | LineContent::LeftOut(_), _) | (_, None) => {}
