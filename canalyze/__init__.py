@@ -29,27 +29,11 @@ if TYPE_CHECKING:
         rules,
         summary,
     )
-    from canalyze.records import (
-        Abort,
-        Aborts,
-        Cause,
-        Emcy,
-        Event,
-        Finding,
-        Frame,
-        Hole,
-        Line,
-        Moment,
-        Node,
-        Note,
-        Problem,
-        ProblemChange,
-        Signal,
-        Spread,
-        StateChange,
-        Step,
-        Transfer,
-    )
+    from canalyze.records.findings import Finding, Line
+    from canalyze.records.frames import Event, Frame, Note, Signal
+    from canalyze.records.problems import Cause, Moment, Problem, ProblemChange, Step
+    from canalyze.records.summary import Aborts, Emcy, Node, Spread, StateChange
+    from canalyze.records.transfers import Abort, Hole, Transfer
     from canalyze.values import ObjectRef
 
 __version__ = "0.1.0"
@@ -59,10 +43,11 @@ _FROM = {
     "library": "Options open",
     "library.capture": "Capture",
     "library.columns": "Column Table column_tables columns",
-    "records": (
-        "Abort Aborts Cause Emcy Event Finding Frame Hole Line Moment Node Note Problem ProblemChange Signal "
-        "Spread StateChange Step Transfer"
-    ),
+    "records.findings": "Finding Line",
+    "records.frames": "Event Frame Note Signal",
+    "records.problems": "Cause Moment Problem ProblemChange Step",
+    "records.summary": "Aborts Emcy Node Spread StateChange",
+    "records.transfers": "Abort Hole Transfer",
     "library.problem": "Problems",
     "library.node": "Nodes",
     "library.rows": "Events Findings Frames Transfers",

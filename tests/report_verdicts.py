@@ -13,7 +13,8 @@ from typing import Any
 from msgspec.structs import replace
 
 from canalyze.check.verdict import Counted, Verdict
-from canalyze.records import SEVERITIES, Finding, Line
+from canalyze.records import SEVERITIES
+from canalyze.records.findings import Finding, Line
 
 FINDING = Finding(
     code="SDO001",

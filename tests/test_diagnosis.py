@@ -21,7 +21,7 @@ from plants import EVENT, EVENT_PDO, UP, built
 
 import canalyze
 from canalyze import _core
-from canalyze.records import KEYS
+from canalyze.records.problems import KEYS
 from canalyze.running.options import SessionOptions
 
 REPORTED = {

@@ -17,7 +17,7 @@ from captures import SAMPLES
 from msgspec.structs import replace
 
 import canalyze
-from canalyze.records import ProblemTexts
+from canalyze.records.problems import ProblemTexts
 
 NETWORK = SAMPLES / "network/sync-and-pdos.log"
 OTHERS = [NETWORK, SAMPLES / "sdo-abort.log", SAMPLES / "services.log"]

@@ -11,12 +11,12 @@ from captures import SAMPLES
 from msgspec import inspect
 
 from canalyze import _core, records
-from canalyze.records import info, inventory, summary
+from canalyze.records import findings, frames, info, inventory, problems, summary, transfers
 from canalyze.running.options import SessionOptions
 
 KINDS: list[tuple[str, type[msgspec.Struct]]] = [
     (str(kind.__struct_config__.tag), kind)
-    for module in (records, info, inventory, summary)
+    for module in (findings, frames, info, inventory, problems, summary, transfers)
     for kind in vars(module).values()
     if isinstance(kind, type)
     and issubclass(kind, msgspec.Struct)
@@ -96,7 +96,7 @@ def lines() -> list[bytes]:
 
 @pytest.mark.parametrize(("name", "kind"), [one for one in KINDS if one[0] not in SCHEMA])
 def test_a_record_is_as_a_session_gives_it(name: str, kind: type[msgspec.Struct], lines: list[bytes]) -> None:
-    change = kind is records.ProblemChange
+    change = kind is problems.ProblemChange
     mine = [line for line in lines if line.startswith(f'{{"kind":"{name}"'.encode())]
     mine = [line for line in mine if name != "problem" or change == (b'"phase":"final"' not in line)]
     made = list(records.records(b"\n".join(mine), kind))
@@ -107,4 +107,4 @@ def test_a_record_is_as_a_session_gives_it(name: str, kind: type[msgspec.Struct]
 
 def test_what_is_no_record_is_refused() -> None:
     with pytest.raises(msgspec.ValidationError):
-        list(records.records(b'{"kind":"note","note":1}', records.Note))
+        list(records.records(b'{"kind":"note","note":1}', frames.Note))

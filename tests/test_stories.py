@@ -13,7 +13,7 @@ import pytest
 from captures import SAMPLES, SHARED, Row
 from diagnoses import Diagnosed, diagnosed
 
-from canalyze.records import FORMER_STATUSES
+from canalyze.records.problems import FORMER_STATUSES
 
 STORIES = [*sorted((SAMPLES / "stories").glob("*.json")), *sorted((SHARED / "stories").glob("*.json"))]
 

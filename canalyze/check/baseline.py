@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from canalyze.configuration import bounded
 from canalyze.configuration.bounded import short
 from canalyze.errors import ConfigError
-from canalyze.records import Finding, Problem
+from canalyze.records.findings import Finding
+from canalyze.records.problems import Problem
 
 if TYPE_CHECKING:
     from json import JSONDecoder

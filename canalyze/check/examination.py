@@ -19,7 +19,9 @@ from canalyze.check.verdict import Counted, Examined
 from canalyze.configuration import network
 from canalyze.configuration.options import CaptureOptions, known_of, start_session
 from canalyze.errors import CanalyzeError
-from canalyze.records import Finding, Problem, records
+from canalyze.records import records
+from canalyze.records.findings import Finding
+from canalyze.records.problems import Problem
 from canalyze.running.run import Meter, Run
 from canalyze.words import Words
 

@@ -15,7 +15,8 @@ from msgspec.structs import replace
 
 from canalyze.check.baseline import Baseline, Kind, ProblemKind
 from canalyze.check.verdict import Counted, Examined, Verdict
-from canalyze.records import SEVERITIES, Problem, Severity
+from canalyze.records import SEVERITIES, Severity
+from canalyze.records.problems import Problem
 
 Threshold = Severity | Literal["never"]
 THRESHOLDS: Final[tuple[Threshold, ...]] = (*reversed(SEVERITIES), "never")

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 from msgspec import Struct, field
 
-from canalyze.records import Finding, Problem
+from canalyze.records.findings import Finding
+from canalyze.records.problems import Problem
 
 
 class Counted(Struct, frozen=True):

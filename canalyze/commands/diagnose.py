@@ -21,7 +21,7 @@ from canalyze.configuration.options import (
     positive,
 )
 from canalyze.errors import ReaderGone
-from canalyze.records import Overview, Problem, diagnosed
+from canalyze.records.problems import Overview, Problem, diagnosed
 from canalyze.reports import diagnosis_text, wording
 from canalyze.reports.diagnosis_chosen import FAIL_ON, check_places, fails, select
 from canalyze.reports.diagnosis_text import Chosen

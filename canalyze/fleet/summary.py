@@ -10,7 +10,8 @@ from canalyze.fleet.stores import Place
 from canalyze.fleet.task import Action, problems_of, records_of, verdict_of
 from canalyze.output import Output
 from canalyze.output import jsonl as json_lines
-from canalyze.records import KEYS, of_rows
+from canalyze.records import of_rows
+from canalyze.records.problems import KEYS
 from canalyze.records.summary import KINDS
 from canalyze.reports import check_jsonl, check_text, diagnosis_text, fleet_text, junit
 from canalyze.words import Words

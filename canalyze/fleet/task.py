@@ -30,7 +30,8 @@ from canalyze.fleet import manifest
 from canalyze.fleet.manifest import Manifest
 from canalyze.fleet.sources import Capture, content, fetched, stamp
 from canalyze.fleet.stores import place
-from canalyze.records import KEYS, Problem, of_rows
+from canalyze.records import of_rows
+from canalyze.records.problems import KEYS, Problem
 from canalyze.reports.diagnosis_text import Diagnosed
 from canalyze.running.pool import Tell
 from canalyze.sources.names import unpacked

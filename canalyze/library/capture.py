@@ -24,22 +24,12 @@ from canalyze.library.problem import Problems
 from canalyze.library.rows import Events, Findings, Frames, Transfers, one_of
 from canalyze.library.series import Signals
 from canalyze.library.stream import Silent
-from canalyze.records import (
-    SEVERITIES,
-    Event,
-    Finding,
-    Frame,
-    Line,
-    Node,
-    Overview,
-    Problem,
-    Severity,
-    Signal,
-    Transfer,
-    events,
-    lines,
-    records,
-)
+from canalyze.records import SEVERITIES, Severity, records
+from canalyze.records.findings import Finding, Line, lines
+from canalyze.records.frames import Event, Frame, Signal, events
+from canalyze.records.problems import Overview, Problem
+from canalyze.records.summary import Node
+from canalyze.records.transfers import Transfer
 from canalyze.running.reading import Counted, Reading
 
 if TYPE_CHECKING:

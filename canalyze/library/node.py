@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from canalyze.library.columns import Tabular
 from canalyze.library.rows import Rows
-from canalyze.records import Node
+from canalyze.records.summary import Node
 
 if TYPE_CHECKING:
     import pyarrow

@@ -9,7 +9,7 @@ from typing import ClassVar, Literal, Self
 
 from canalyze.library.former import renamed
 from canalyze.library.rows import Rows, one_of
-from canalyze.records import FORMER_STATUSES, STATUSES, Problem, Status
+from canalyze.records.problems import FORMER_STATUSES, STATUSES, Problem, Status
 
 
 class Problems(Rows[Problem]):

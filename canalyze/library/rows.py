@@ -10,7 +10,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self, TypeAlias
 
 from canalyze.configuration import network
 from canalyze.library.columns import Tabular, columns, table_of
-from canalyze.records import SEVERITIES, Event, Finding, Frame, Severity, Transfer
+from canalyze.records import SEVERITIES, Severity
+from canalyze.records.findings import Finding
+from canalyze.records.frames import Event, Frame
+from canalyze.records.transfers import Transfer
 
 if TYPE_CHECKING:
     import pyarrow

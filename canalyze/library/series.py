@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 from canalyze.library.columns import needs
 from canalyze.library.rows import Rows, number
-from canalyze.records import Signal, Value
+from canalyze.records import Value
+from canalyze.records.frames import Signal
 from canalyze.values import DATES_NS
 
 if TYPE_CHECKING:

@@ -23,7 +23,8 @@ from canalyze.library import Known
 from canalyze.library.former import renamed
 from canalyze.library.plan import Plan, plan
 from canalyze.library.problem import Problems
-from canalyze.records import Event, Overview, Problem, events
+from canalyze.records.frames import Event, events
+from canalyze.records.problems import Overview, Problem
 from canalyze.running.reading import Reading
 from canalyze.sources import live as blocks
 from canalyze.sources.memory import bus_of, is_message

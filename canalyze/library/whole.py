@@ -15,7 +15,8 @@ from canalyze.library.columns import html_table
 from canalyze.library.problem import Problems
 from canalyze.library.rows import ObjectLike, address, one_of
 from canalyze.output import Output
-from canalyze.records import Frame, Problem
+from canalyze.records.frames import Frame
+from canalyze.records.problems import Problem
 
 if TYPE_CHECKING:
     from can import Message

@@ -16,7 +16,10 @@ from canalyze.library.problem import Problems
 from canalyze.library.rows import Findings, Rows, Transfers
 from canalyze.library.series import Series
 from canalyze.output import printable
-from canalyze.records import Finding, Line, Problem, Signal, Transfer
+from canalyze.records.findings import Finding, Line
+from canalyze.records.frames import Signal
+from canalyze.records.problems import Problem
+from canalyze.records.transfers import Transfer
 from canalyze.words import Words
 
 if TYPE_CHECKING:

@@ -4,11 +4,18 @@ All are None without stamps, loads without a bit rate, peaks where the capture i
 """
 
 from collections.abc import Mapping
-from typing import TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from msgspec import Struct
+from msgspec import Struct, field
 
-from canalyze.records import Node, Severity, Spread
+from canalyze.records import Hex, Severity
+from canalyze.values import Timed
+
+if TYPE_CHECKING:
+    from canopen import ObjectDictionary
+
+State = Literal["boot-up", "stopped", "operational", "pre-operational"]
+"""NMT states; boot-up is the message, after which a node is pre-operational."""
 
 
 class LeftOut(Struct, frozen=True, gc=False):
@@ -68,6 +75,23 @@ class Bus(Struct, frozen=True, gc=False, tag_field="kind", tag="summary_bus"):
     burst: Burst | None
 
 
+class Spread(Struct, frozen=True, gc=False):
+    """Times that were measured, in microseconds."""
+
+    count: int
+    """The number of them."""
+    min_us: float
+    """The least."""
+    mean_us: float
+    """The mean."""
+    max_us: float
+    """The greatest."""
+    sigma_us: float
+    """The standard deviation."""
+    p99_us: float | None = None
+    """99 % of them are not above this, which is at most 3.2 % too high; None where it is not kept."""
+
+
 class Sync(Struct, frozen=True, gc=False, tag_field="kind", tag="summary_sync"):
     """SYNC on a bus."""
 
@@ -77,6 +101,162 @@ class Sync(Struct, frozen=True, gc=False, tag_field="kind", tag="summary_sync"):
     counter_min: int | None
     counter_max: int | None
     counter_jumps: int | None
+
+
+class StateChange(Timed, Struct, frozen=True, gc=False):
+    """A node has entered a state."""
+
+    state: State | None = field(name="name")
+    """The state; None for a number that the standard does not have."""
+    number: Hex = field(name="state")
+    """The number of the state."""
+    text: str | None
+    """The state in words."""
+    t: str | None
+    """Time in seconds, a decimal string with all its digits; None without stamps."""
+    frame: int
+    """The frame that shows it."""
+    commanded: bool
+    """True if the node, which sends no state, was only told to enter it."""
+
+
+class Emcy(Struct, frozen=True, gc=False):
+    """An EMCY error code that a node sent."""
+
+    code: Hex
+    """The error code, as 8130h."""
+    text: str | None
+    """The meaning of the code."""
+    count: int
+    """The number of times."""
+    first_frame: int
+    """The first frame with it."""
+    last_frame: int
+    """The last frame with it."""
+
+
+class Aborts(Struct, frozen=True, gc=False):
+    """SDO transfers that were aborted with one code by one side."""
+
+    digits: str = field(name="code")
+    """The abort code, hexadecimal: 8 digits of SDO, 2 of USDO."""
+    by: Literal["client", "server"]
+    """The side that aborted."""
+    text: str | None
+    """The meaning of the code."""
+    count: int
+    """The number of times."""
+    first_frame: int
+    """The first of these aborts."""
+    last_frame: int
+    """The last of them."""
+
+    @property
+    def code(self) -> int:
+        """The abort code."""
+        return int(self.digits, 16)
+
+
+class SdoCounts(Struct, frozen=True, gc=False):
+    """The SDO transfers of a node by how they ended."""
+
+    transfers: int
+    ok: int
+    aborted: int
+    failed: int
+    incomplete: int
+
+
+class Node(Struct, frozen=True, gc=False, tag_field="kind", tag="summary_node"):
+    """A node that was seen or addressed."""
+
+    bus: str | None
+    """The bus, where the capture names it."""
+    node: int
+    """The node-ID, 1 to 127."""
+    name: str | None
+    """The device's name, by its description or by 1008h; None where neither is known."""
+    frames: int
+    """Frames that belong to it."""
+    sent: int
+    """Frames that it sent."""
+    tpdos: int = field(name="tpdo")
+    """PDOs that it sent."""
+    rpdos: int = field(name="rpdo")
+    """PDOs that it was sent."""
+    tpdo_rate: float | None
+    """Those that it sent in a second; None without stamps."""
+    rpdo_rate: float | None
+    """Those that it was sent in a second; None without stamps."""
+    state: State | None = field(name="state_name")
+    """The last NMT state; None where nothing tells."""
+    state_number: Hex | None = field(name="state")
+    """The number of that state."""
+    state_text: str | None
+    """That state in words."""
+    lost: bool
+    """Its heartbeats, or answers to node guarding, stopped and did not come back: `state` is that before."""
+    states: tuple[StateChange, ...]
+    """The states that it entered, in order, the first 64."""
+    changes: int
+    """The number of times that it entered a state."""
+    boot_ups: int
+    """Boot-up messages."""
+    error_control: Literal["heartbeat", "guarding"] | None
+    """The kind of monitoring; None where it is not monitored."""
+    heartbeats: int
+    """Heartbeats, or answers to node guarding."""
+    heartbeat: Spread | None
+    """Time from heartbeat to heartbeat; None where nothing was measured."""
+    sdo: SdoCounts
+    response: Spread | None
+    """Time from an SDO request to its response; None where nothing was measured."""
+    aborts: tuple[Aborts, ...]
+    """SDO aborts by code, at most 32 kinds."""
+    emcy_count: int = field(name="emcys")
+    """EMCY messages."""
+    emcys: tuple[Emcy, ...] = field(name="emcy")
+    """EMCYs by error code, at most 32 kinds."""
+    _dictionary: Any = None
+
+    @property
+    def transfers(self) -> int:
+        """SDO transfers with it as the server."""
+        return self.sdo.transfers
+
+    @property
+    def ok(self) -> int:
+        """Its SDO transfers that came to their end."""
+        return self.sdo.ok
+
+    @property
+    def aborted(self) -> int:
+        """Its SDO transfers that were aborted."""
+        return self.sdo.aborted
+
+    @property
+    def failed(self) -> int:
+        """Its SDO transfers that broke the protocol or had no answer."""
+        return self.sdo.failed
+
+    @property
+    def incomplete(self) -> int:
+        """Its SDO transfers that are cut by an end of the capture, which is no fault."""
+        return self.sdo.incomplete
+
+    @property
+    def dictionary(self) -> "ObjectDictionary | None":
+        """Its description as python-canopen has it, made when it is asked for; None where none was given.
+
+        An `ObjectDictionary` that was given is that one itself; of a file, values that depend on the node-ID are those
+        of this node.
+        """
+        return self._dictionary and self._dictionary(self.bus, self.node)  # type: ignore[no-any-return]
+
+    def __repr__(self) -> str:
+        bus = f" on {self.bus}" if self.bus else ""
+        name = f" {self.name!r}" if self.name else ""
+        return f"<Node {self.node}{bus}{name}: {self.state or 'state unknown'}, {self.frames} frames>"
 
 
 class Pdo(Struct, frozen=True, gc=False, tag_field="kind", tag="summary_pdo"):

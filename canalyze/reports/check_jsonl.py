@@ -31,7 +31,7 @@ from msgspec import to_builtins
 
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.output import jsonl
-from canalyze.records import Problem
+from canalyze.records.problems import Problem
 
 
 def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:

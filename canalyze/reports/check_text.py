@@ -10,7 +10,9 @@ from typing import Final
 
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.output import Output, dyed, printable
-from canalyze.records import SEVERITIES, Finding, Problem
+from canalyze.records import SEVERITIES
+from canalyze.records.findings import Finding
+from canalyze.records.problems import Problem
 from canalyze.reports import wording
 from canalyze.words import Words
 

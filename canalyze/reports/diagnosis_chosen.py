@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Final
 
 from canalyze.errors import SourceError
-from canalyze.records import Overview, Problem
+from canalyze.records.problems import Overview, Problem
 from canalyze.reports import wording
 from canalyze.reports.diagnosis_text import Chosen, root
 from canalyze.words import Words

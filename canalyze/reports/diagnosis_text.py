@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from canalyze.output import Output, dyed, printable
 from canalyze.output.layout import pad, width, wrap
-from canalyze.records import Overview, Problem, Step
+from canalyze.records.problems import Overview, Problem, Step
 from canalyze.reports import wording
 from canalyze.words import Words
 

@@ -24,7 +24,8 @@ from typing import Any, BinaryIO, Final, TypeAlias
 from canalyze.dictionary.dbc import identifier
 from canalyze.errors import OutputError
 from canalyze.output.writing import Part
-from canalyze.records import Transfer, records
+from canalyze.records import records
+from canalyze.records.transfers import Transfer
 from canalyze.reports import contents
 from canalyze.words import Words
 

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import TypeVar
 
 from canalyze.output import Output, dyed, printable
-from canalyze.records import Node, Problem
-from canalyze.records.summary import Bus, Capture, Raised
+from canalyze.records.problems import Problem
+from canalyze.records.summary import Bus, Capture, Node, Raised
 from canalyze.records.summary import Record as Summarized
 from canalyze.reports import table, wording
 from canalyze.reports.diagnosis_text import Diagnosed

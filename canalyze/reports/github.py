@@ -14,7 +14,8 @@ from typing import Final
 
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.output import printable
-from canalyze.records import SEVERITIES, Problem, Severity
+from canalyze.records import SEVERITIES, Severity
+from canalyze.records.problems import Problem
 from canalyze.reports import wording
 from canalyze.sources.file import STDIN
 from canalyze.words import Words

@@ -13,7 +13,7 @@ from typing import Final
 
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.output import printable
-from canalyze.records import Problem
+from canalyze.records.problems import Problem
 from canalyze.reports import wording
 from canalyze.words import Words
 

@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING, Any, Final
 from canalyze import __version__
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.output import jsonl, printable
-from canalyze.records import SEVERITIES, Finding, Problem
+from canalyze.records import SEVERITIES
+from canalyze.records.findings import Finding
+from canalyze.records.problems import Problem
 from canalyze.reports import wording
 from canalyze.reports.uri import file_uri
 from canalyze.sources.file import STDIN

@@ -10,7 +10,8 @@ from typing import Final
 from canalyze.configuration.options import open_session
 from canalyze.errors import SourceError
 from canalyze.output import Output, Progress
-from canalyze.records import lines, records
+from canalyze.records import records
+from canalyze.records.findings import lines
 from canalyze.records.info import Info
 from canalyze.reports import wording
 from canalyze.running.passes import Pass

@@ -10,7 +10,8 @@ import click
 
 from canalyze.configuration.options import PROBLEM, SHORT, open_session, usage
 from canalyze.output import Output, Progress
-from canalyze.records import Problem, records
+from canalyze.records import records
+from canalyze.records.problems import Problem
 from canalyze.reports.diagnosis_text import near, tree
 from canalyze.reports.wording import ranges
 from canalyze.running.run import Run

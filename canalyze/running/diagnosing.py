@@ -9,7 +9,7 @@ from contextlib import suppress
 
 from canalyze.errors import ReaderGone
 from canalyze.output import Output, Progress, jsonl, told
-from canalyze.records import KEYS, Problem, diagnosed
+from canalyze.records.problems import KEYS, Problem, diagnosed
 from canalyze.reports import diagnosis_text
 from canalyze.reports.diagnosis_chosen import fails, select
 from canalyze.reports.diagnosis_text import Chosen, Diagnosed
