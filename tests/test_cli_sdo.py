@@ -6,23 +6,30 @@ from pathlib import Path
 import pytest
 from conftest import NOTES, Runner
 
+from canalyze.records import of_rows
+from canalyze.records.transfers import Transfer
 from canalyze.reports.sdo_text import row
 from canalyze.words import Words
 
 
-def transfer(**fields: object) -> dict[str, object]:
-    """Give a transfer as the core writes it."""
+def transfer(**fields: object) -> Transfer:
+    """A transfer as the core writes it."""
     given: dict[str, object] = {
         "kind": "transfer",
         "transfer": 3,
         "bus": "can0",
         "node": 5,
+        "client": None,
+        "session": None,
         "direction": "upload",
         "mode": "expedited",
         "index": "2000",
         "sub": 1,
         "name": None,
-        "size": None,
+        "type": None,
+        "size_indicated": None,
+        "size": 0,
+        "data": "",
         "value": None,
         "text": "",
         "status": "aborted",
@@ -31,9 +38,12 @@ def transfer(**fields: object) -> dict[str, object]:
         "last_frame": 9,
         "t": "1.5",
         "duration": None,
+        "reordered": False,
+        "retransmissions": 0,
+        "crc_negotiated": None,
         "findings": [],
     }
-    return given | fields
+    return of_rows([given | fields], Transfer)[0]
 
 
 def test_table(canalyze: Runner, notes: str) -> None:
@@ -59,10 +69,22 @@ def test_columns_count_chinese_double(canalyze: Runner, notes: str) -> None:
 def test_nothing_is_shown_as_nothing(lang: str) -> None:
     """What an aborted transfer did not bring is no empty value; a stamp has the digits of the capture."""
     cells, order = row(transfer(), Words(lang))
-    assert cells.count("-") == 5  # name, value, size, duration, findings
+    assert cells.count("-") == 4  # name, value, duration, findings
     assert "" not in cells and "1.5" in cells
     assert order == 7
     assert ("加速" if lang == "zh" else "expedited") in cells
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        ({"abort": {"code": "06020000", "by": "server", "text": None}}, "aborted (server) 06020000h"),
+        ({"abort": {"code": "05", "by": "client", "text": "x"}, "client": 9}, "aborted (client) 05h x"),
+    ],
+)
+def test_an_abort_has_the_digits_of_its_service(fields: dict[str, object], said: str) -> None:
+    cells, _ = row(transfer(**fields), Words("en"))
+    assert said in cells
 
 
 def test_rows_stand_in_order_of_their_first_frame(canalyze: Runner, tmp_path: Path) -> None:

@@ -5,19 +5,24 @@ from typing import Literal
 from msgspec import Struct, field
 from msgspec.structs import force_setattr
 
-from canalyze.records import Hex, HexBytes, Seconds
+from canalyze.records import HexBytes, Seconds
 from canalyze.values import ObjectRef, Timed, object_ref
 
 
 class Abort(Struct, frozen=True, gc=False):
     """The abort of an SDO transfer."""
 
-    code: Hex
-    """The SDO abort code (CiA 301 table 22)."""
+    digits: str = field(name="code")
+    """The abort code, hexadecimal: 8 digits of SDO, 2 of USDO."""
     by: Literal["client", "server"]
     """The side that aborted it."""
     text: str | None
     """The meaning of the code; None for codes that the standard does not have."""
+
+    @property
+    def code(self) -> int:
+        """The abort code (CiA 301 table 22)."""
+        return int(self.digits, 16)
 
     def __str__(self) -> str:
         return f"{self.code:08X}h by the {self.by}" + (f": {self.text}" if self.text else "")

@@ -8,6 +8,8 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from canalyze.output import Output
+from canalyze.records import records
+from canalyze.records.transfers import Transfer
 from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
 from canalyze.words import Words
 
@@ -38,7 +40,7 @@ class Transfers:
 
     def put(self, result: bytes) -> None:
         """Adds JSON lines of the core."""
-        self._table.add([row(json.loads(line), self._words) for line in result.splitlines()])
+        self._table.add([row(one, self._words) for one in records(result, Transfer)])
 
 
 def list_files(files: list[dict[str, Any]], out: Output, words: Words, *, as_json: bool) -> None:
@@ -83,25 +85,26 @@ def columns(words: Words, *, moments: bool = True, since_start: bool = False) ->
     return list(made.values())
 
 
-def row(transfer: dict[str, Any], words: Words) -> Row:
+def row(one: Transfer, words: Words) -> Row:
     """Returns the cells of one transfer, and its first frame as its order."""
     cells = [
-        _cell(transfer.get("transfer")),
-        _cell(transfer.get("t")),
-        _cell(transfer.get("bus")),
-        _node(transfer),
-        words.of("direction", _cell(transfer.get("direction"))),
-        _object(transfer),
-        _cell(transfer.get("name")),
-        _cell(transfer.get("value") if transfer.get("text") is None else transfer["text"]),
-        _cell(transfer.get("size")),
-        words.of("mode", _cell(transfer.get("mode"))),
-        _duration(transfer.get("duration")),
-        _outcome(transfer, words),
-        " ".join(transfer.get("findings") or ()),
-        _frames(transfer),
+        str(one.number),
+        one.t,
+        one.bus,
+        # The server; of a USDO transfer with its client before and its session behind.
+        str(one.node) if one.client is None else f"{one.client} -> {one.node} ({one.session})",
+        words.of("direction", one.direction),
+        one.object,
+        one.name,
+        one.text,
+        str(one.size),
+        words.of("mode", one.mode),
+        None if one.duration is None else f"{one.duration * 1000:.3f} ms",
+        _outcome(one, words),
+        " ".join(one.findings),
+        str(one.first_frame) if one.first_frame == one.last_frame else f"{one.first_frame}-{one.last_frame}",
     ]
-    return Row([cell or EMPTY for cell in cells], int(transfer.get("first_frame") or 0))
+    return Row([cell or EMPTY for cell in cells], one.first_frame)
 
 
 def _relative(times: list[str]) -> Callable[[str], str]:
@@ -119,40 +122,8 @@ def _relative(times: list[str]) -> Callable[[str], str]:
     return write
 
 
-def _cell(value: object) -> str:
-    return "" if value is None else str(value)
-
-
-def _node(transfer: dict[str, Any]) -> str:
-    """Returns the server; for a USDO transfer with its client before and its session behind."""
-    node, client = _cell(transfer.get("node")), transfer.get("client")
-    return node if client is None else f"{client} -> {node} ({transfer.get('session')})"
-
-
-def _object(transfer: dict[str, Any]) -> str:
-    index, sub = transfer.get("index"), transfer.get("sub")
-    if index is None:
-        return ""
-    return f"{index}h" if sub is None else f"{index}h:{int(sub):02X}"
-
-
-def _duration(seconds: object) -> str:
-    try:
-        return "" if seconds is None else f"{float(str(seconds)) * 1000:.3f} ms"
-    except ValueError:
-        return str(seconds)
-
-
-def _outcome(transfer: dict[str, Any], words: Words) -> str:
-    said = words.of("status", _cell(transfer.get("status")))
-    abort = transfer.get("abort")
-    if not abort:
+def _outcome(one: Transfer, words: Words) -> str:
+    said, abort = words.of("status", one.status), one.abort
+    if abort is None:
         return said
-    by = words.of("by", _cell(abort.get("by")))
-    code = f"{abort['code']}h" if abort.get("code") is not None else ""
-    return " ".join(part for part in (said, by and f"({by})", code, _cell(abort.get("text"))) if part)
-
-
-def _frames(transfer: dict[str, Any]) -> str:
-    first, last = _cell(transfer.get("first_frame")), _cell(transfer.get("last_frame"))
-    return first if first == last or not last else f"{first}-{last}"
+    return " ".join(filter(None, (said, f"({words.of('by', abort.by)})", f"{abort.digits}h", abort.text)))

@@ -4,7 +4,6 @@ What was read of 1021h, or written to it, becomes a file that counts as one of `
 and reads as a description is used; any other is reported. Must not: overrule what the user has said of a node.
 """
 
-import json
 import os
 import re
 import tempfile
@@ -20,6 +19,8 @@ from canalyze.configuration.options import configured, known_of, start_session, 
 from canalyze.dictionary import read
 from canalyze.errors import SourceError
 from canalyze.output import complain
+from canalyze.records import records
+from canalyze.records.transfers import Transfer
 from canalyze.running.run import NoProgress, Run
 from canalyze.sources.file import STDIN
 from canalyze.sources.names import expanded
@@ -79,10 +80,10 @@ def _held(
             parts[name] += data
             if not status:
                 continue
-            about = json.loads(line)
-            carrier = about["bus"], about["node"]
-            if which[1] == _FORMAT and status == "ok":
-                formats[carrier] = about["value"]
+            about = next(records(line.encode(), Transfer))
+            carrier = about.bus, about.node
+            if which[1] == _FORMAT and status == "ok" and isinstance(about.value, int):
+                formats[carrier] = about.value
             elif which[1] == _STORED and (parts[name] or status == "ok"):
                 ended = "incomplete" if holes else status
                 if ended == "ok" or held.get(carrier, (b"", ""))[1] != "ok":
