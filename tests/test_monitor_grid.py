@@ -5,14 +5,18 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from filled_records import filled
 from monitor_screens import on_screen, settle, text
+from msgspec import convert
 from rich.cells import cell_len
 from textual.app import App, ComposeResult
 from textual.geometry import Region
 
 from canalyze.monitor import grid, transfers
-from canalyze.monitor.app import NOTHING, Monitor
+from canalyze.monitor.app import Monitor
 from canalyze.monitor.grid import STYLES, Column, Grid, Row, cell, draw, fit
+from canalyze.records import SEVERITIES
+from canalyze.records.live import NodeDetails, Snapshot
 from canalyze.words import Words
 
 COLUMNS = [Column("id"), Column("name", least=4, leaves=1), Column("text", least=10, most=400)]
@@ -106,16 +110,17 @@ class Still:
 
     def __init__(self, **parts: Any) -> None:
         """Take what the snapshot has beyond nothing."""
-        self._snapshot = NOTHING | parts
+        counts = {"findings": dict.fromkeys(SEVERITIES, 0)}
+        self._snapshot = convert(filled(Snapshot, {"tally": counts, **parts}), Snapshot)
 
     def complaints(self) -> list[str]:
         return []
 
-    def snapshot(self) -> dict[str, Any]:
+    def snapshot(self) -> Snapshot:
         return self._snapshot
 
-    def page(self, *_: Any) -> dict[str, Any]:
-        return {"identity": [], "pdos": []}
+    def page(self, *_: Any) -> NodeDetails:
+        return NodeDetails((), ())
 
     def trace(self, *_: Any) -> list[Any]:
         return []
@@ -218,7 +223,7 @@ def test_nothing_is_asked_any_more_when_all_was_seen() -> None:
     asked = 0
 
     class Counted(Still):
-        def snapshot(self) -> dict[str, Any]:
+        def snapshot(self) -> Snapshot:
             nonlocal asked
             asked += 1
             return super().snapshot()

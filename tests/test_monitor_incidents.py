@@ -13,6 +13,7 @@ import pytest
 from captures import SAMPLES, SHARED, Row
 from diagnoses import diagnosed
 from monitor_screens import on_screen, replayed, settle, text
+from msgspec.structs import replace
 from test_monitor_grid import Still
 
 from canalyze import _core
@@ -177,7 +178,9 @@ def test_the_age_of_what_stands_runs_and_what_may_change_has_a_mark(lang: str, s
         await settle(app, pilot)
         row = next(line for line in text(app).splitlines() if str(LOST) in line)
         assert said in row and " 502ms " in row
-        watch._snapshot["now_ns"] += 1_000_000_000
+        now_ns = watch._snapshot.now_ns
+        assert now_ns is not None
+        watch._snapshot = replace(watch._snapshot, now_ns=now_ns + 1_000_000_000)
         await settle(app, pilot)
         assert " 1.50s " in next(line for line in text(app).splitlines() if str(LOST) in line)
 
@@ -195,7 +198,7 @@ def rings(snapshots: list[Any], *, bell: bool) -> list[int]:
 
         app.bell = ring  # type: ignore[method-assign]
         for one in snapshots:
-            watch._snapshot = one
+            watch._snapshot = Still(**one).snapshot()
             await settle(app, pilot)
             seen.append(rung)
 

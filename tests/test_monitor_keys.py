@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from captures import SAMPLES
 from monitor_screens import on_screen, replayed, settle, text
+from msgspec.structs import replace
 
 from canalyze.monitor.app import Monitor
 from canalyze.monitor.keys import KEYS, VIEWS
@@ -403,7 +404,7 @@ def test_states_are_unknown_while_the_bus_is_away() -> None:
 
     watch = replayed(FAULTY, "en")
     snapshot, words = watch.snapshot(), Words("en")
-    bus = frozenset([snapshot["nodes"][0]["bus"]])
+    bus = frozenset([snapshot.nodes[0].bus])
     here, away, other = (
         nodes.rows(snapshot, words, buses=False, away=away)[0] for away in (frozenset[str](), bus, frozenset(["can7"]))
     )
@@ -415,10 +416,11 @@ def test_objects_that_have_stopped_are_dim_and_show_their_age() -> None:
     from canalyze.monitor import objects
 
     snapshot, words = replayed(FAULTY, "en").snapshot(), Words("en")
-    one = snapshot["objects"][0] | {"period_ns": 100_000_000, "jitter_ns": 1_000_000, "severity": None}
+    one = replace(snapshot.objects[0], period_ns=100_000_000, jitter_ns=1_000_000, severity=None)
 
     def row(age_ns: int, **more: Any) -> Any:
-        shown = snapshot | {"objects": [one | {"last_ns": 5_000_000_000} | more], "now_ns": 5_000_000_000 + age_ns}
+        last = replace(one, last_ns=5_000_000_000, **more)
+        shown = replace(snapshot, objects=(last,), now_ns=5_000_000_000 + age_ns)
         return objects.rows(shown, words, buses=False, width=140)[0]
 
     fresh, old = row(300_000_000), row(2_500_000_000)

@@ -26,6 +26,8 @@ from canalyze.monitor.keys import VIEWS, Foot, Prompt, bindings, help_page
 from canalyze.monitor.status import Below, Status
 from canalyze.monitor.trace import Trace
 from canalyze.monitor.watch import Watch
+from canalyze.records import SEVERITIES
+from canalyze.records.live import Snapshot, Tally, Transfers
 from canalyze.words import Words
 
 _BEAT_S: Final = 0.1
@@ -39,17 +41,8 @@ _TABLES: Final = ("nodes", "objects", "transfers", "findings", "problems")
 """Views with rows from a snapshot."""
 _LOW: Final = 12
 """Minimum lines for the last finding in the overview, if the findings themselves are not visible."""
-NOTHING: Final[dict[str, Any]] = {
-    "now_ns": None,
-    "start_ns": None,
-    "tally": {"frames": 0, "findings": {"error": 0, "warning": 0, "info": 0}},
-    "buses": [],
-    "nodes": [],
-    "objects": [],
-    "transfers": {"running": [], "done": []},
-    "findings": [],
-    "problems": [],
-}
+_COUNTS: Final = Tally(0, 0, dict.fromkeys(SEVERITIES, 0), {}, None, ())
+NOTHING: Final = Snapshot(None, None, _COUNTS, (), (), (), 0, Transfers((), ()), (), ())
 """An empty snapshot, before the first one."""
 
 
@@ -181,8 +174,8 @@ class Monitor(App[int]):
     def draw(self) -> None:
         """Passes the snapshot to the visible views."""
         snapshot, words = self._snapshot, self._words
-        self.trace.start_ns = snapshot["start_ns"]
-        several = len(snapshot["buses"]) > 1
+        self.trace.start_ns = snapshot.start_ns
+        several = len(snapshot.buses) > 1
         if several != self.trace.buses:
             self.trace.buses = several
             self._drawn = {}
@@ -190,17 +183,17 @@ class Monitor(App[int]):
         self._latest.tell_cell(() if _seen(self.grids["findings"]) else worst)
         self._arrange()
         badges = [name for name in (self._badge(), self._watch.recording) if name]
-        away = frozenset(bus["name"] for bus in snapshot["buses"]) if self._watch.failure else self._watch.away
+        away = frozenset(bus.name for bus in snapshot.buses) if self._watch.failure else self._watch.away
         self.status.update(snapshot, badges, self._speed(), self._view, self.trace.conditions(), away)
         self._said.tell(self._notice, 3, "warning" if self._notice else "")
         for name in _TABLES:
             grid = self.grids[name]
             runs = (
-                snapshot[name]["running"]
+                snapshot.transfers.running
                 if name == "transfers"
                 else name == "objects" or (name == "problems" and problems.changing(snapshot))
             )
-            part = (snapshot[name], snapshot["now_ns"] if runs else 0, away)
+            part = (getattr(snapshot, name), snapshot.now_ns if runs else 0, away)
             if not grid.size.width or not _seen(grid) or self._drawn.get(name) == part:
                 continue
             self._drawn[name] = part
@@ -218,8 +211,8 @@ class Monitor(App[int]):
             else:
                 shown = problems.rows(snapshot, words, buses=several, unfolded=self._unfolded)
                 grid.show(problems.columns(words, buses=several), shown)
-        if _seen(self.trace) and (self._drawn.get("trace") != snapshot["tally"]["frames"] or not self.paused):
-            self._drawn["trace"] = snapshot["tally"]["frames"]
+        if _seen(self.trace) and (self._drawn.get("trace") != snapshot.tally.frames or not self.paused):
+            self._drawn["trace"] = snapshot.tally.frames
             self.trace.update()
         self._tell_whole()
 
@@ -256,12 +249,11 @@ class Monitor(App[int]):
             upper.styles.height = self.grids["objects"].styles.height = "1fr"
             return
         room = size.height - _AROUND - self._latest.display
-        counts = {name: len(self._snapshot[name]) for name in ("nodes", "objects")}
-        highest = 1 + max(1, min(counts["nodes"], room * 3 // 10 - 1))
+        highest = 1 + max(1, min(len(self._snapshot.nodes), room * 3 // 10 - 1))
         if wide:
             highest = max(highest, min(12, room // 4))
         _height(upper, highest)
-        _height(self.grids["objects"], 1 + max(1, min(counts["objects"], room * 4 // 10 - 1)))
+        _height(self.grids["objects"], 1 + max(1, min(len(self._snapshot.objects), room * 4 // 10 - 1)))
 
     def _focused(self) -> Grid | None:
         return self.focused if isinstance(self.focused, Grid) else None
@@ -355,8 +347,8 @@ class Monitor(App[int]):
         kind, *facts = about
         if kind != "node":
             return (pages.of_finding if kind == "finding" else pages.of_frame)(self._words, *facts)
-        node = next(node for node in self._snapshot["nodes"] if about == nodes.about(node))
-        return pages.of_node(node, self._watch.page(node["bus"], node["node"]), self._words)
+        node = next(node for node in self._snapshot.nodes if about == nodes.about(node))
+        return pages.of_node(node, self._watch.page(node.bus, node.node), self._words)
 
     def _follow(self, row: Row) -> None:
         """Goes to the frame of a row, or filters its frames."""
@@ -386,7 +378,7 @@ class Monitor(App[int]):
         self.paused = not self.paused
         if self._watch.replay is not None:
             self._watch.replay.paused = self.paused
-        self.trace.limit = self._snapshot["tally"]["frames"] if self.paused else None
+        self.trace.limit = self._snapshot.tally.frames if self.paused else None
         self.beat()
 
     def action_speed(self, faster: bool) -> None:

@@ -4,8 +4,8 @@ A page is made once when it is opened, and can be scrolled. Any other key closes
 anything that was not passed to it.
 """
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final
+from collections.abc import Sequence
+from typing import ClassVar, Final
 
 from rich.console import Group, RenderableType
 from rich.table import Table
@@ -20,6 +20,7 @@ from textual.widgets import Static
 from canalyze import _core
 from canalyze.monitor.grid import STYLES
 from canalyze.output import printable
+from canalyze.records.live import MappedObject, Node, NodeDetails
 from canalyze.words import Words
 
 _CLASSIC: Final = 8
@@ -60,21 +61,21 @@ def listed(title: str, rows: Sequence[tuple[str, str]], below: str) -> Renderabl
     return Group(_text(f" {title}", "strong"), table, _text(f" {below}", "dim"))
 
 
-def of_node(node: Mapping[str, Any], known: Mapping[str, Any], words: Words) -> RenderableType:
+def of_node(node: Node, known: NodeDetails, words: Words) -> RenderableType:
     """Returns the page of a node: `node` is its row of a snapshot, `known` its page of the core."""
-    head = words("monitor.of_node", node=words("monitor.node", node=node["node"]), name=node["name"]).strip()
+    head = words("monitor.of_node", node=words("monitor.node", node=node.node), name=node.name).strip()
     identity = _grid(3)
-    for one in known["identity"]:
-        identity.add_row(_text(f"  {_object(one)}", "strong"), _text(one["name"] or ""), _text(one["text"]))
+    for one in known.identity:
+        identity.add_row(_text(f"  {one.object}", "strong"), _text(one.name or ""), _text(one.text))
     pdos = _grid(4)
-    for pdo in known["pdos"]:
-        kind = "" if pdo["type"] is None else words("monitor.transmission", type=pdo["type"])
-        off = "" if pdo["valid"] else words("monitor.pdo_off")
+    for pdo in known.pdos:
+        kind = "" if pdo.type is None else words("monitor.transmission", type=pdo.type)
+        off = "" if pdo.valid else words("monitor.pdo_off")
         pdos.add_row(
-            _text(f"  {pdo['pdo']}", "strong" if pdo["valid"] else "dim"),
-            _text(f"{pdo['id']}h"),
-            _text("  ".join(filter(None, (off or kind, words.of("monitor_from", pdo["from"] or "")))), "dim"),
-            Text("\n").join(_mapped(one, words) for one in pdo["objects"]),
+            _text(f"  {pdo.pdo}", "strong" if pdo.valid else "dim"),
+            _text(f"{pdo.id}h"),
+            _text("  ".join(filter(None, (off or kind, words.of("monitor_from", pdo.origin or "")))), "dim"),
+            Text("\n").join(_mapped(one, words) for one in pdo.objects),
         )
     parts: list[RenderableType] = [_text(f" {head}", "strong")]
     for key, table in (("identity", identity), ("pdos", pdos)):
@@ -105,12 +106,8 @@ def _lines(text: str) -> list[Text]:
     return [_text(f" {line.removeprefix('#')}") for line in text.splitlines()]
 
 
-def _mapped(one: Mapping[str, Any], words: Words) -> Text:
-    return _text(words("monitor.mapped", object=_object(one), name=one["name"] or "", bits=one["bits"]))
-
-
-def _object(one: Mapping[str, Any]) -> str:
-    return f"{one['index']}h:{one['sub']:02X}"
+def _mapped(one: MappedObject, words: Words) -> Text:
+    return _text(words("monitor.mapped", object=one.object, name=one.name or "", bits=one.bits))
 
 
 def _grid(columns: int) -> Table:

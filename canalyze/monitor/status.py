@@ -1,6 +1,6 @@
 """The lines around the views: the bus and the views above; notices and the full row below."""
 
-from typing import Any, Final
+from typing import Final
 
 from rich.cells import cell_len
 from textual.strip import Strip
@@ -11,6 +11,7 @@ from canalyze.monitor.keys import VIEWS
 from canalyze.monitor.problems import newest, open_roots
 from canalyze.output import printable
 from canalyze.output.layout import wrap
+from canalyze.records.live import Bus, Snapshot
 from canalyze.words import Words
 
 _BADGES: Final = {
@@ -68,7 +69,7 @@ class Status(Lines):
 
     def update(
         self,
-        snapshot: dict[str, Any],
+        snapshot: Snapshot,
         badges: list[str],
         speed: str,
         view: str,
@@ -107,14 +108,14 @@ class Status(Lines):
         """Uses the new width."""
         self._widths = []
 
-    def _figures(self, snapshot: dict[str, Any], *, short: bool, scarce: bool = False) -> list[Cell]:
+    def _figures(self, snapshot: Snapshot, *, short: bool, scarce: bool = False) -> list[Cell]:
         """Returns the figures of the buses, the most important first; short: in few columns.
 
         scarce: zeros are left out.
         """
         words = self._words
-        buses = snapshot["buses"]
-        start, now = snapshot["start_ns"], snapshot["now_ns"]
+        buses = snapshot.buses
+        start, now = snapshot.start_ns, snapshot.now_ns
         most = 2 if short else 6
         # One whose controller is in trouble is never among those left out.
         items: list[Cell] = [self._bus(bus) for bus in sorted(buses, key=self._is_well)[:most]]
@@ -122,10 +123,10 @@ class Status(Lines):
             items.append(cell(f"+{len(buses) - most}", "dim"))
         if start is not None and now is not None:
             items.append(cell(clock(now - start)))
-        errors, dropped = (sum(bus[key] for bus in buses) for key in ("error_frames", "dropped"))
-        a_second = rate(sum(bus["frames_per_s"] or 0 for bus in buses))
+        errors, dropped = sum(bus.error_frames for bus in buses), sum(bus.dropped for bus in buses)
+        a_second = rate(sum(bus.frames_per_s or 0 for bus in buses))
         for long, brief, count, look in (
-            ("monitor.long_frames", "monitor.short_frames", snapshot["tally"]["frames"], ""),
+            ("monitor.long_frames", "monitor.short_frames", snapshot.tally.frames, ""),
             ("monitor.long_rate", "monitor.short_rate", a_second, ""),
             ("monitor.long_errors", "monitor.short_errors", errors, "error" if errors else ""),
             ("monitor.long_dropped", "monitor.short_dropped", dropped, "error" if dropped else ""),
@@ -134,30 +135,30 @@ class Status(Lines):
                 items.append(cell(words(brief if short else long, count=count), look))
         return items
 
-    def _is_well(self, bus: dict[str, Any]) -> bool:
-        return bus["state"] is None and bus["name"] not in self._away
+    def _is_well(self, bus: Bus) -> bool:
+        return bus.state is None and bus.name not in self._away
 
-    def _bus(self, bus: dict[str, Any]) -> Cell:
+    def _bus(self, bus: Bus) -> Cell:
         """Returns name, load and, if it is not good, the state of a bus."""
-        pieces: list[Piece] = [(bus["name"] or "-", "strong")]
-        if bus["name"] in self._away:
+        pieces: list[Piece] = [(bus.name or "-", "strong")]
+        if bus.name in self._away:
             return (*pieces, (f" {self._words('monitor.bus_down')}", "error"))
-        load = bus["load_percent"]
+        load = bus.load_percent
         if load is not None:
             look = next((look for look, least in _LOAD if load >= least), "good")
             pieces.append((f" {load:.1f}%", look))
-        if bus["state"]:
-            pieces.append((f" {self._words.of('bus_state', bus['state'])}", "error"))
+        if bus.state:
+            pieces.append((f" {self._words.of('bus_state', bus.state)}", "error"))
         return tuple(pieces)
 
-    def _views(self, snapshot: dict[str, Any], view: str, conditions: list[str], *, scarce: bool = False) -> Cell:
+    def _views(self, snapshot: Snapshot, view: str, conditions: list[str], *, scarce: bool = False) -> Cell:
         """Returns the views by number; scarce: without the numbers of their rows."""
         counts: dict[str, int] = {}
         if not scarce:
             counts = {
-                "nodes": len(snapshot["nodes"]),
-                "objects": len(snapshot["objects"]) + snapshot.get("objects_more", 0),
-                "transfers": len(snapshot["transfers"]["running"]),
+                "nodes": len(snapshot.nodes),
+                "objects": len(snapshot.objects) + snapshot.objects_more,
+                "transfers": len(snapshot.transfers.running),
             }
         open_count = len(open_roots(snapshot))
         pieces: list[Piece] = []
@@ -168,7 +169,7 @@ class Status(Lines):
             count = f" {counts[name]}" if counts.get(name) else ""
             pieces.append((f"{number} {title}{count}", look))
             if name == "findings":
-                found = snapshot["tally"]["findings"]
+                found = snapshot.tally.findings
                 marks = ((f" {mark}{found[severity]}", severity) for severity, mark in MARKS.items() if found[severity])
                 pieces += marks
             if name == "problems" and open_count:

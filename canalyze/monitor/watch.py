@@ -4,13 +4,14 @@ The screen queries the current state; neither waits for the other. Complaints ar
 error after it, takes them. Must not: draw, or know the meaning of a frame.
 """
 
-import json
 import threading
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from canalyze.errors import CanalyzeError, SourceError
+from canalyze.records import decoder
+from canalyze.records.live import NodeDetails, Snapshot
 from canalyze.running.reading import Reading
 from canalyze.words import Words
 
@@ -129,14 +130,14 @@ class Watch:
         """The state of the recording: `records`, `unrecorded`, or "" without one."""
         return self._recording() if self._recording else ""
 
-    def snapshot(self) -> dict[str, Any]:
+    def snapshot(self) -> Snapshot:
         """Returns the current snapshot."""
-        found: dict[str, Any] = json.loads(self.session.snapshot())
+        found: Snapshot = decoder(Snapshot)(self.session.snapshot())
         return found
 
-    def page(self, bus: str, node: int) -> dict[str, Any]:
+    def page(self, bus: str, node: int) -> NodeDetails:
         """Returns the details of a node."""
-        found: dict[str, Any] = json.loads(self.session.page(bus, node))
+        found: NodeDetails = decoder(NodeDetails)(self.session.page(bus, node))
         return found
 
     def trace(self, filter: str, search: str, frame: int | None, rows: int, back: bool) -> "Sequence[Line]":  # noqa: A002

@@ -49,7 +49,7 @@ def _converted(kind: Any, text: str) -> Any:
 
 
 @cache
-def decoder(*kinds: type[Struct]) -> Callable[[bytes], Any]:
+def decoder(*kinds: type[Struct]) -> Callable[[bytes | str], Any]:
     """Returns the function that makes a record of one of these kinds of a JSON line."""
     return Decoder(Union[kinds], dec_hook=_converted).decode  # noqa: UP007  as many as there are
 

@@ -3,14 +3,17 @@
 Ctrl-C is the usual end: what was received is still shown. Must not: open a bus, or know what a frame means.
 """
 
-import json
 import signal
 import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
+from msgspec.json import decode
+
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output import Output, Progress, complain, hint
+from canalyze.records import decoder
+from canalyze.records.live import CountedNode, Tally
 from canalyze.reports.sniff_text import held, seen, show_nodes
 from canalyze.running.listening import Listening, ListeningOptions, set_rates
 from canalyze.running.run import Interrupt, Run
@@ -79,11 +82,11 @@ def listed(
     took = (early_end or time.monotonic()) - began
     for line in opened.complete(words):
         complain(line)
-    tally = json.loads(session.tally())
+    tally: Tally = decoder(Tally)(session.tally())
     written = opened.recordings.written
     said = [] if broken else [*seen(tally, took, live.unshown, bool(written), words), *held(tally, words)]
-    if text and not broken and out.is_terminal and (nodes := json.loads(session.nodes())):
-        show_nodes(nodes, words, out, several=len(tally["buses"]) > 1)
+    if text and not broken and out.is_terminal and (nodes := decode(session.nodes(), type=list[CountedNode])):
+        show_nodes(nodes, words, out, several=len(tally.buses) > 1)
     for line in [*said, *(one.in_words(words) for one in written)]:
         complain(f"canalyze: {line}")
     if showing is not None:
@@ -93,8 +96,8 @@ def listed(
         code = code or 2
     if broken is not None and code == broken.exit_code:
         raise broken
-    if tally["expectations"]:
-        code = code or (2 if not tally["frames"] else 1 if tally["expectations"]["missed"] else 0)
+    if expected := tally.expectations:
+        code = code or (2 if not tally.frames else 1 if expected.missed else 0)
     if showing is not None and code < 128:
         _stay(showing)
     return code

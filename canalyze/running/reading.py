@@ -276,21 +276,21 @@ def nothing(
         return SourceError("source.empty", name=capture.name)
     if frameless and capture.format != "candump":
         return None
-    import json
+    from canalyze.records import decoder
+    from canalyze.records.info import Contents
 
+    contents: Contents = decoder(Contents)(session.contents())
     if capture.format == "mcap":
-        topics = json.loads(session.contents())["topics"]
-        topics.sort(key=lambda topic: topic["messages"] == 0)  # what holds nothing is listed last
-        listed = ", ".join(f"{topic['name']} ({topic['schema'] or '?'})" for topic in topics[:_LISTED])
+        topics = sorted(contents.topics, key=lambda topic: topic.messages == 0)  # what holds nothing is listed last
+        listed = ", ".join(f"{topic.name} ({topic.schema or '?'})" for topic in topics[:_LISTED])
         more = ", ..." if len(topics) > _LISTED else ""
-        if topics and not any(topic["read_as"] for topic in topics):
+        if topics and not any(topic.read_as for topic in topics):
             return SourceError("source.no_topic", name=capture.name, topics=f"{listed}{more}")
     # Of what could not be unpacked, or is said to be something, there is nothing to guess.
     if isinstance(capture, Capture) and capture.format == "candump" and not given_format and not capture.damage:
         return SourceError("source.nothing", name=capture.name, first=_first_line(capture.head))
     form = words.of("info.title", capture.kind)
-    dialect = json.loads(session.contents())["dialect"]
-    if dialect.get("identifiers") == "implausible":
+    if contents.dialect.get("identifiers") == "implausible":
         return SourceError("source.implausible", name=capture.name, form=form)
     if given_format:
         return SourceError("source.unfit", name=capture.name, form=form, formats=", ".join(input_formats()))
