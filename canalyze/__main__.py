@@ -73,6 +73,7 @@ def main() -> int:
         return run()
     finally:
         _answer(_go)
+        gc.freeze()  # what is left ends with the process: to look through it for garbage is a sixth of a short run
 
 
 if __name__ == "__main__":
