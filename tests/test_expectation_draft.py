@@ -5,15 +5,20 @@ from __future__ import annotations
 import json
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
+from filled_records import filled
+from msgspec import convert
+from msgspec.json import encode
 
 from canalyze.expectations import read
 from canalyze.expectations.draft import MOST_ALIKE, MOST_WRITES, Draft, period_of, range_of, round_up
+from canalyze.records import observed
 from canalyze.words import LANGUAGES, Words
 
 Row = dict[str, Any]
+KINDS = {str(kind.__struct_config__.tag): kind for kind in get_args(observed.Record)}
 
 CAPTURE: Row = {"kind": "summary_capture", "frames": 329, "buses": 1, "seconds": "0.534875", "bit_rate": None}
 
@@ -31,7 +36,7 @@ def write(index: str, sub: int, value: object, **more: Any) -> Row:
         "size": 2,
         "data": "E803",
         "value": value,
-        "text": None,
+        "text": "",
         "status": "ok",
     }
     return row | more
@@ -41,11 +46,15 @@ def spread(least: float, mean: float, most: float, count: int = 100) -> Row:
     return {"count": count, "min_us": least, "mean_us": mean, "max_us": most}
 
 
+def lines(*rows: Row) -> bytes:
+    """Rows as the core writes them, with what they do not say."""
+    return b"".join(encode(filled(KINDS[row["kind"]], row)) + b"\n" for row in rows)
+
+
 def drafted(tmp_path: Path, *rows: Row, lang: str = "en") -> tuple[str, dict[str, Any]]:
     """The text, and what the core gets of it."""
     draft = Draft()
-    for row in rows:
-        draft.take(row)
+    draft.take(lines(*rows))
     text = draft.text(Words(lang), "boot.log")
     path = tmp_path / "boot.expect.toml"
     path.write_text(text, encoding="utf-8")
@@ -284,8 +293,9 @@ def test_findings_of_the_capture_are_said(tmp_path: Path) -> None:
 
 def test_what_a_capture_names_cannot_leave_its_comment(tmp_path: Path) -> None:
     draft = Draft()
-    draft.take(CAPTURE)
-    draft.take(write("1017", 0, 1000, name="x\n[[load]]\nmax_percent = 1", text="\r\n[[load]]" + "y" * 200))
+    draft.take(
+        lines(CAPTURE, write("1017", 0, 1000, name="x\n[[load]]\nmax_percent = 1", text="\r\n[[load]]" + "y" * 200))
+    )
     text = draft.text(Words("en"), "a\nb\u2028.log")
     assert set(tomllib.loads(text)) == {"sdo", "emcy", "problem"}
     assert max(map(len, text.splitlines())) < 120
@@ -313,7 +323,7 @@ def test_limits_are_round(value: float, up: float) -> None:
     ],
 )
 def test_periods_are_round(least: float, mean: float, most: float, period: tuple[float, float] | None) -> None:
-    assert period_of(spread(least, mean, most), 0.1) == period
+    assert period_of(convert(spread(least, mean, most), observed.Period), 0.1) == period
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Any
 
 import msgspec
@@ -11,12 +12,12 @@ from captures import SAMPLES
 from msgspec import inspect
 
 from canalyze import _core, records
-from canalyze.records import findings, frames, info, inventory, problems, summary, transfers
+from canalyze.records import findings, frames, info, inventory, live, observed, problems, summary, transfers
 from canalyze.running.options import SessionOptions
 
 KINDS: list[tuple[str, type[msgspec.Struct]]] = [
     (str(kind.__struct_config__.tag), kind)
-    for module in (findings, frames, info, inventory, problems, summary, transfers)
+    for module in (findings, frames, info, inventory, observed, problems, summary, transfers)
     for kind in vars(module).values()
     if isinstance(kind, type)
     and issubclass(kind, msgspec.Struct)
@@ -31,6 +32,7 @@ FORMS: dict[str, Any] = {
     "info": {},
     "objects": {},
     "objects-text": {},
+    "observed": {},
 }
 TYPES: list[tuple[type, str]] = [
     (inspect.BoolType, "boolean"),
@@ -77,16 +79,20 @@ def test_records_of_the_schema_are_known() -> None:
     assert {name for name, _ in KINDS if name in SCHEMA} >= {"frame", "note", "finding", "transfer", "signal"}
 
 
+CAPTURES = (
+    *sorted((SAMPLES / "network").glob("*.log")),
+    SAMPLES / "rules/HBT002.log",
+    SAMPLES / "roboteq.log",
+    SAMPLES / "rules/BUS009-extended.log",
+    SAMPLES / "services.log",
+)
+
+
 @pytest.fixture(scope="module")
 def lines() -> list[bytes]:
     """Everything that a session gives of captures that have much."""
     found: list[bytes] = []
-    for path in (
-        *sorted((SAMPLES / "network").glob("*.log")),
-        SAMPLES / "rules/HBT002.log",
-        SAMPLES / "roboteq.log",
-        SAMPLES / "rules/BUS009-extended.log",
-    ):
+    for path in CAPTURES:
         for form, more in FORMS.items():
             session = _core.Session(SessionOptions("en", format=form, **more))
             session.begin(path.name, True)
@@ -103,6 +109,31 @@ def test_a_record_is_as_a_session_gives_it(name: str, kind: type[msgspec.Struct]
     assert len(made) == len(mine) > 0
     given = set[str]().union(*map(json.loads, mine))
     assert {field.encode_name for field in fields(kind)} <= given
+
+
+def test_the_state_of_a_session_is_as_it_gives_it() -> None:
+    seen: set[str] = set()
+    for path in CAPTURES:
+        session = _core.Session(SessionOptions("en", format="monitor"))
+        session.begin(path.name, False, "candump")
+        data = path.read_bytes()
+        session.feed(data[: len(data) * 9 // 10])
+        session.rest()
+        now: live.Snapshot = records.decoder(live.Snapshot)(session.snapshot())
+        parts: list[tuple[str, Sequence[Any]]] = [(name, getattr(now, name)) for name in ("buses", "nodes", "objects")]
+        parts += [(name, getattr(now, name)) for name in ("findings", "problems")]
+        parts += [("running", now.transfers.running), ("done", now.transfers.done)]
+        parts += [("emcy", [one.emcy for one in now.nodes if one.emcy])]
+        parts += [("problem", [one.problem for one in now.nodes if one.problem])]
+        parts += [("counted", msgspec.json.decode(session.nodes(), type=list[live.CountedNode]))]
+        for node in now.nodes:
+            page: live.NodeDetails = records.decoder(live.NodeDetails)(session.page(node.bus, node.node))
+            parts += [("identity", page.identity), ("pdos", page.pdos)]
+            parts += [("mapped", pdo.objects) for pdo in page.pdos]
+        seen |= {name for name, rows in parts if rows}
+        counted: live.Tally = records.decoder(live.Tally)(session.tally())
+        assert counted == now.tally and counted.frames == session.frames > 0
+    assert seen == {name for name, _ in parts}
 
 
 def test_what_is_no_record_is_refused() -> None:

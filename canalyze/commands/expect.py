@@ -3,7 +3,6 @@
 What was seen, the core says; how much room it gets, `expectations/draft.py`.
 """
 
-import json
 import shlex
 from pathlib import PurePath
 
@@ -17,13 +16,8 @@ def run(one: Pass) -> int:
     """Reads, then drafts."""
     session = one.session(format="observed", incidents=True)
     draft = Draft()
-
-    def take(result: bytes) -> None:
-        for line in result.splitlines():
-            draft.take(json.loads(line))
-
     with one.opened() as out:
-        code = one.read(session, take)
+        code = one.read(session, draft.take)
         one.end(code, draft.frames)
         if draft.frames:
             out.write(draft.text(one.words, ", ".join(PurePath(name).name for name in one.names)).encode())

@@ -5,14 +5,24 @@ that is the core's (`observed`), in the way in which it judges.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Final
+from collections.abc import Iterator, Sequence
+from typing import Any, Final, TypeVar, get_args
+
+from msgspec import Struct
 
 from canalyze.output import commandless, hexadecimal, printable
 from canalyze.output.layout import wrap
+from canalyze.records import records
+from canalyze.records.observed import DriveState, Emcy, Heartbeat, NodeState, Pdo, Period, Record, Signal, Sync
+from canalyze.records.problems import Problem
+from canalyze.records.summary import Bus, Capture, Node, Raised
+from canalyze.records.transfers import Transfer
 from canalyze.words import Words
 
-Row = Mapping[str, Any]
+R = TypeVar("R", bound=Struct)
+_Place = tuple[str | None, int, str, int]
+"""Bus, node, index and sub-index."""
+_KINDS: Final[tuple[type[Record], ...]] = get_args(Record)
 
 MOST_WRITES: Final = 200
 """SDO downloads that are written down; the rest is counted."""
@@ -22,6 +32,8 @@ MOST_SIGNALS: Final = 500
 """Signals that get a range; the rest is counted."""
 _LONGEST: Final = 32
 """Bytes of a value that is expected as it was; of a longer one only that it was sent."""
+_EXACT: Final = 1 << 53
+"""The greatest integer that is written as a number."""
 _IDENTITY: Final = frozenset({("1000", 0), ("1008", 0), ("1018", 1), ("1018", 2), ("1018", 3)})
 """Objects that say which device it is, but for its serial number: another one of its kind is as good."""
 _FEWEST: Final = 5
@@ -45,47 +57,46 @@ class Draft:
 
     def __init__(self) -> None:
         """Starts empty."""
-        self._capture: Row = {}
-        self._rows: dict[str, list[Row]] = {}
-        self._writes: list[Row] = []
-        self._alike: dict[tuple[Any, ...], int] = {}
-        self._identity: dict[tuple[Any, ...], Row | None] = {}
+        self._capture: Capture | None = None
+        self._rows: dict[type[Struct], list[Any]] = {}
+        self._writes: list[Transfer] = []
+        self._alike: dict[_Place, int] = {}
+        self._identity: dict[_Place, Transfer | None] = {}
         self._left = {"more": 0, "aborted": 0, "incomplete": 0}
 
     @property
     def frames(self) -> int:
         """Frames of the capture."""
-        return int(self._capture.get("frames", 0))
+        return self._capture.frames if self._capture else 0
 
     @property
     def findings(self) -> list[str]:
         """Codes of the findings above info: a good capture has none."""
-        return [row["code"] for row in self._of("summary_finding") if row["severity"] != "info"]
+        return [one.code for one in self._of(Raised) if one.severity != "info"]
 
-    def take(self, row: Row) -> None:
-        """Adds a line of the core."""
-        kind = row["kind"]
-        if kind == "transfer":
-            self._transfer(row)
-        elif kind == "summary_capture":
-            self._capture = row
-        else:
-            self._rows.setdefault(kind, []).append(row)
+    def take(self, result: bytes) -> None:
+        """Adds JSON lines of the core."""
+        for one in records(result, *_KINDS):
+            if isinstance(one, Transfer):
+                self._transfer(one)
+            elif isinstance(one, Capture):
+                self._capture = one
+            else:
+                self._rows.setdefault(type(one), []).append(one)
 
-    def _of(self, kind: str) -> list[Row]:
+    def _of(self, kind: type[R]) -> list[R]:
         return self._rows.get(kind, [])
 
-    def _transfer(self, row: Row) -> None:
-        if row["status"] != "ok":
-            self._left["aborted" if row["status"] == "aborted" else "incomplete"] += 1
+    def _transfer(self, row: Transfer) -> None:
+        if row.status != "ok":
+            self._left["aborted" if row.status == "aborted" else "incomplete"] += 1
             return
-        if row["node"] is None or row["index"] is None or row["sub"] is None:
+        if (place := _place(row)) is None:
             return
-        place = (row["bus"], row["node"], row["index"], row["sub"])
-        if row["direction"] == "upload":
+        if row.direction == "upload":
             if place[2:] in _IDENTITY:
                 known = self._identity.setdefault(place, row)
-                if known is not None and known["data"] != row["data"]:
+                if known is not None and known.data != row.data:
                     self._identity[place] = None  # it says now this and now that: nothing to expect
             return
         if place in self._alike or len(self._alike) < MOST_WRITES:
@@ -98,7 +109,7 @@ class Draft:
     def text(self, words: Words, name: str) -> str:
         """Returns the content of the file; `name` is that of the capture."""
         self._words = words
-        seconds = self._capture.get("seconds") or "?"
+        seconds = (self._capture and self._capture.seconds) or "?"
         shown = commandless(printable(name).encode()).decode()
         lines = [
             *self._said("expect.head", name=shown, frames=self.frames, seconds=seconds),
@@ -127,22 +138,26 @@ class Draft:
     def _said(self, key: str, **facts: object) -> list[str]:
         return [f"# {line}" for line in wrap(self._words(key, **facts), 110)]
 
-    def _entry(self, table: str, row: Row, *pairs: "Pair") -> list[str]:
+    def _entry(self, table: str, bus: str | None, *pairs: "Pair") -> list[str]:
         """Returns one table, with the bus if there are several."""
-        bus = [("bus", _text(row["bus"]), "")] if self._capture.get("buses", 1) > 1 and row.get("bus") else []
+        on = [("bus", _text(bus), "")] if bus and self._are_several else []
         lines = [f"[[{table}]]"]
-        for key, value, seen in (*pairs[:1], *bus, *pairs[1:]):
+        for key, value, seen in (*pairs[:1], *on, *pairs[1:]):
             lines.append(f"{key} = {value}" + (f"  # {_short(seen)}" if seen else ""))
         return [*lines, ""]
 
-    def _whose(self, row: Row) -> str:
+    @property
+    def _are_several(self) -> bool:
+        """True if the capture has several buses."""
+        return self._capture is not None and self._capture.buses > 1
+
+    def _whose(self, row: Transfer) -> str:
         """Returns the name of a node's sequence."""
-        several = self._capture.get("buses", 1) > 1 and row["bus"]
-        return f"{row['bus']} node {row['node']}" if several else f"node {row['node']}"
+        return f"{row.bus} node {row.node}" if row.bus and self._are_several else f"node {row.node}"
 
     def _writing(self) -> Iterator[str]:
         often = {place for place, count in self._alike.items() if count > MOST_ALIKE}
-        writes = [row for row in self._writes if (row["bus"], row["node"], row["index"], row["sub"]) not in often]
+        writes = [row for row in self._writes if _place(row) not in often]
         more = self._left["more"] + len(self._writes) - len(writes)
         if writes:
             yield from self._said("expect.writes", count=len(writes))
@@ -150,69 +165,71 @@ class Draft:
             yield from self._said("expect.writes_left", count=more, most=MOST_WRITES, alike=MOST_ALIKE)
         for row in writes:
             sequence = ("sequence", _text(self._whose(row)), "")
-            yield from self._entry("sdo", row, *_transfer(row), sequence)
+            yield from self._entry("sdo", row.bus, *_transfer(row), sequence)
 
     def _reading(self) -> Iterator[str]:
-        rows = [row for row in self._identity.values() if row is not None]
+        rows = {place: row for place, row in self._identity.items() if row is not None}
         if rows:
             yield from self._said("expect.reads")
-        for row in sorted(rows, key=lambda row: (str(row["bus"]), row["node"], row["index"], row["sub"])):
-            yield from self._entry("sdo", row, *_transfer(row))
+        for place in sorted(rows, key=lambda place: (str(place[0]), *place[1:])):
+            yield from self._entry("sdo", place[0], *_transfer(rows[place]))
         if self._left["aborted"] or self._left["incomplete"]:
             yield from self._said("expect.transfers_left", **self._left)
             yield ""
 
     def _states(self) -> Iterator[str]:
-        rows = [("state", row) for row in self._of("observed_state")]
-        rows += [("drive", row) for row in self._of("observed_drive") if row["state"] == "operation-enabled"]
+        rows: list[NodeState | DriveState] = [*self._of(NodeState)]
+        rows += [row for row in self._of(DriveState) if row.state == "operation-enabled"]
         if rows:
             yield from self._said("expect.states")
-        boots = {(row["bus"], row["node"]): row["boot_ups"] for row in self._of("summary_node")}
-        quickest: dict[tuple[Any, Any], float] = {}
-        for key, row in rows:
-            if key == "state" and row["state"] != "boot-up" and row["since_boot_up_ns"] is not None:
-                whose = (row["bus"], row["node"])
-                quickest[whose] = min(quickest.get(whose, math.inf), row["since_boot_up_ns"])
-        for key, row in rows:
-            pairs = [("node", str(row["node"]), ""), (key, _text(row["state"]), "")]
-            if row.get("axis", 1) != 1:
-                pairs.append(("axis", str(row["axis"]), ""))
-            after, whose = row["since_boot_up_ns"], (row["bus"], row["node"])
+        boots = {(node.bus, node.node): node.boot_ups for node in self._of(Node)}
+        quickest: dict[tuple[str | None, int], float] = {}
+        for row in rows:
+            if isinstance(row, NodeState) and row.state != "boot-up" and row.since_boot_up_ns is not None:
+                whose = (row.bus, row.node)
+                quickest[whose] = min(quickest.get(whose, math.inf), row.since_boot_up_ns)
+        for row in rows:
+            pairs = [("node", str(row.node), "")]
+            pairs.append(("state" if isinstance(row, NodeState) else "drive", _text(row.state), ""))
+            if isinstance(row, DriveState) and row.axis != 1:
+                pairs.append(("axis", str(row.axis), ""))
+            after, whose = row.since_boot_up_ns, (row.bus, row.node)
             # What belongs to booting: it is due after every boot-up, which a capture with several may not show.
-            booting = row["state"] in ("operational", "operation-enabled") or after == quickest.get(whose)
+            booting = row.state in ("operational", "operation-enabled") or after == quickest.get(whose)
             if after is not None and booting and boots.get(whose) == 1:
                 seen = self._words("expect.after_boot_up", seconds=_number(round(after / 1e9, 3)))
                 pairs += [("by_s", _number(round_up(max(3 * after / 1e9, 1))), seen), ("since", '"boot-up"', "")]
-            yield from self._entry("state", row, *pairs)
+            yield from self._entry("state", row.bus, *pairs)
 
     def _heartbeats(self) -> Iterator[str]:
-        yield from self._periods("heartbeat", self._of("observed_heartbeat"), "expect.heartbeats", _LOOSE, 2)
+        yield from self._periods("heartbeat", self._of(Heartbeat), "expect.heartbeats", _LOOSE, 2)
 
     def _syncs(self) -> Iterator[str]:
-        yield from self._periods("sync", self._of("observed_sync"), "expect.syncs", _TIGHT, _FEWEST)
+        yield from self._periods("sync", self._of(Sync), "expect.syncs", _TIGHT, _FEWEST)
 
     def _pdos(self) -> Iterator[str]:
         # A PDO is selected by its signals: without a known mapping it has none.
-        mapped = {(row["bus"], row["node"], row["pdo"]) for row in self._of("observed_signal")}
-        rows = [row for row in self._of("observed_pdo") if (row["bus"], row["node"], row["pdo"]) in mapped]
+        mapped = {(signal.bus, signal.node, signal.pdo) for signal in self._of(Signal)}
+        rows = [row for row in self._of(Pdo) if (row.bus, row.node, row.pdo) in mapped]
         yield from self._periods("signal", rows, "expect.pdos", _LOOSE, _FEWEST)
 
-    def _periods(self, table: str, rows: Sequence[Row], heading: str, share: float, fewest: int) -> Iterator[str]:
+    def _periods(
+        self, table: str, rows: Sequence[Sync | Heartbeat | Pdo], heading: str, share: float, fewest: int
+    ) -> Iterator[str]:
         entries: list[str] = []
-        timed = [row for row in rows if row["period"]]
-        for row in timed:
-            times = row["period"]
-            period = times["count"] >= fewest and period_of(times, share)
-            if not period or (row["silence_us"] or 0) > sum(period):  # it stopped: that would be a finding
+        timed = [(row, row.period) for row in rows if row.period]
+        for row, times in timed:
+            period = times.count >= fewest and period_of(times, share)
+            if not period or (row.silence_us or 0) > sum(period):  # it stopped: that would be a finding
                 continue
             unit, scale = ("ms", 1000) if period[0] >= 1000 else ("us", 1)
-            who = [("node", str(row["node"]), "")] if table == "heartbeat" else []
-            if table == "signal":
-                who = [("select", _text(f"{row['node']}.{row['pdo']}.*"), "")]
+            who = [("node", str(row.node), "")] if isinstance(row, Heartbeat) else []
+            if isinstance(row, Pdo):
+                who = [("select", _text(f"{row.node}.{row.pdo}.*"), "")]
             said = self._seen(times)
             entries += self._entry(
                 table,
-                row,
+                row.bus,
                 *who,
                 (f"period_{unit}", _number(period[0] / scale), said),
                 (f"tolerance_{unit}", _number(period[1] / scale), ""),
@@ -225,26 +242,25 @@ class Draft:
             yield from self._said(_UNTIMED[table], count=left)
             yield ""
 
-    def _seen(self, times: Row) -> str:
+    def _seen(self, times: Period) -> str:
         """Returns the intervals of a period, not the mean: some may be shorter than the least."""
-        most = f"{times['max_us'] / 1000:.3f}"
-        if times["min_us"] is None:
-            return self._words("expect.seen_longest", most=most, count=times["count"])
-        return self._words("expect.seen_period", least=f"{times['min_us'] / 1000:.3f}", most=most, count=times["count"])
+        most = f"{times.max_us / 1000:.3f}"
+        if times.min_us is None:
+            return self._words("expect.seen_longest", most=most, count=times.count)
+        return self._words("expect.seen_period", least=f"{times.min_us / 1000:.3f}", most=most, count=times.count)
 
     def _signals(self) -> Iterator[str]:
-        rows = [row for row in self._of("observed_signal") if row["min"] is not None and row["max"] is not None]
+        rows = [(row, row.min, row.max) for row in self._of(Signal) if row.min is not None and row.max is not None]
         if rows:
             yield from self._said("expect.signals")
-        for row in rows[:MOST_SIGNALS]:
-            least, most = float(row["min"]), float(row["max"])
+        for row, least, most in rows[:MOST_SIGNALS]:
             low, high = range_of(least, most)
-            unit = f" {row['unit']}" if row.get("unit") else ""
-            seen = f"{row['signal']}: {_number(least)} .. {_number(most)}{unit}"
+            unit = f" {row.unit}" if row.unit else ""
+            seen = f"{row.signal}: {_number(least)} .. {_number(most)}{unit}"
             yield from self._entry(
                 "signal",
-                row,
-                ("select", _text(row["select"]), seen),
+                row.bus,
+                ("select", _text(row.select), seen),
                 ("min", _number(low), ""),
                 ("max", _number(high), ""),
             )
@@ -254,84 +270,85 @@ class Draft:
 
     def _emcys(self) -> Iterator[str]:
         yield from self._said("expect.emcys")
-        for row in self._of("observed_emcy"):
-            seen = self._words("expect.seen_times", count=row["count"])
-            pairs = [("node", str(row["node"]), ""), ("code", _text(row["code"]), seen), ("occurs", '"may"', "")]
-            yield from self._entry("emcy", row, *pairs)
-        yield from self._entry("emcy", {}, ("occurs", '"never"', ""))
+        for row in self._of(Emcy):
+            seen = self._words("expect.seen_times", count=row.count)
+            pairs = [("node", str(row.node), ""), ("code", _text(row.code), seen), ("occurs", '"may"', "")]
+            yield from self._entry("emcy", row.bus, *pairs)
+        yield from self._entry("emcy", None, ("occurs", '"never"', ""))
 
     def _incidents(self) -> Iterator[str]:
         yield from self._said("expect.problems")
-        seen: dict[tuple[Any, ...], Row] = {}
-        for row in self._of("problem"):
-            subject = row["subject"]
-            if row["root"] and row["status"] != "harmless":
-                seen.setdefault((subject["bus"], row["problem"], subject.get("node")), row)
+        seen: dict[tuple[str | None, str, int | None], Problem] = {}
+        for row in self._of(Problem):
+            if row.is_root and row.status != "harmless":
+                seen.setdefault((row.bus, row.kind, row.node), row)
         for (bus, kind, node), row in seen.items():
-            said = self._words("expect.seen_at", frame=row["begin"]["frame"], message=row["message"])
+            said = self._words("expect.seen_at", frame=row.begin.frame, message=row.message)
             whose = [("node", str(node), "")] if node else []
             pairs = [("kind", _text(kind), said), *whose, ("occurs", '"0-"', "")]
-            yield from self._entry("problem", {"bus": bus}, *pairs)
-        yield from self._entry("problem", {}, ("occurs", "0", ""))
+            yield from self._entry("problem", bus, *pairs)
+        yield from self._entry("problem", None, ("occurs", "0", ""))
 
     def _latencies(self) -> Iterator[str]:
-        slowest: dict[Any, Row] = {}
-        for row in self._of("summary_node"):
-            most = row["response"] and row["response"]["max_us"]
-            if most and (row["bus"] not in slowest or most > slowest[row["bus"]]["response"]["max_us"]):
-                slowest[row["bus"]] = row
+        slowest: dict[str | None, tuple[float, int]] = {}
+        for row in self._of(Node):
+            most = row.response.max_us if row.response else 0
+            if most > slowest.get(row.bus, (0.0, 0))[0]:
+                slowest[row.bus] = most, row.node
         if slowest:
             yield from self._said("expect.latencies")
-        for row in slowest.values():
-            milliseconds = float(row["response"]["max_us"]) / 1000
-            seen = self._words("expect.seen_slowest", milliseconds=f"{milliseconds:.3f}", node=row["node"])
+        for bus, (most, node) in slowest.items():
+            milliseconds = most / 1000
+            seen = self._words("expect.seen_slowest", milliseconds=f"{milliseconds:.3f}", node=node)
             limit = _number(round_up(max(5 * milliseconds, 50)))
-            yield from self._entry("latency", row, ("of", '"sdo"', ""), ("max_ms", limit, seen))
+            yield from self._entry("latency", bus, ("of", '"sdo"', ""), ("max_ms", limit, seen))
 
     def _loads(self) -> Iterator[str]:
-        rate = self._capture.get("bit_rate")
-        rows = [row for row in self._of("summary_bus") if rate and row["load_peak_100ms"] is not None]
+        rate = self._capture and self._capture.bit_rate
+        rows = [(row.bus, row.load_peak_100ms) for row in self._of(Bus) if rate and row.load_peak_100ms is not None]
         if rows:
             yield from self._said("expect.loads")
-        for row in rows:
-            peak = float(row["load_peak_100ms"])
+        for bus, peak in rows:
             limit = min(5 * math.ceil((1.25 * peak + 2) / 5), 100)
             seen = self._words("expect.seen_load", percent=f"{peak:.1f}")
-            yield from self._entry("load", row, ("max_percent", str(limit), seen), ("bitrate", str(rate), ""))
+            yield from self._entry("load", bus, ("max_percent", str(limit), seen), ("bitrate", str(rate), ""))
 
 
 Pair = tuple[str, str, str]
 """A key, its value as TOML, and what was seen."""
 
 
-def _transfer(row: Row) -> list[Pair]:
+def _place(row: Transfer) -> _Place | None:
+    return None if row.index is None or row.sub is None else (row.bus, row.node, row.index, row.sub)
+
+
+def _transfer(row: Transfer) -> list[Pair]:
     """Returns the expectation of a transfer: its object, its direction, and its value if it is short."""
-    name = row.get("name") or ""
     pairs = [
-        ("node", str(row["node"]), ""),
-        ("object", _text(f"{row['index']}:{row['sub']:02X}"), name),
-        ("direction", _text(row["direction"]), ""),
+        ("node", str(row.node), ""),
+        ("object", _text(f"{row.index}:{row.sub:02X}"), row.name or ""),
+        ("direction", _text(row.direction), ""),
     ]
     value = _value(row)
     if value:
-        pairs.append((*value, row.get("text") or ""))
+        pairs.append((*value, row.text))
     return pairs
 
 
-def _value(row: Row) -> tuple[str, str] | None:
+def _value(row: Transfer) -> tuple[str, str] | None:
     """Returns the key and the value of a transfer's data: typed if its type is known, else its bytes."""
-    value, kind, data = row["value"], row["type"], row["data"]
+    value, kind, data = row.value, row.type, row.data
     if isinstance(value, bool):
         return "value", str(value).lower()
-    if isinstance(value, int) and kind:
-        return "value", hexadecimal(value, row.get("text")) or str(value)
-    if isinstance(value, float) and math.isfinite(value):
+    if isinstance(value, int) and kind and abs(value) <= _EXACT:
+        return "value", hexadecimal(value, row.text) or str(value)
+    if isinstance(value, float):
         return "value", repr(value)
-    if not data or len(data) != 2 * (row["size"] or 0) or row["size"] > _LONGEST:
+    if not data or len(data) != row.size or row.size > _LONGEST:
         return None
     if isinstance(value, str) and kind == "VISIBLE_STRING" and value.isascii() and value.isprintable() and value:
         return "value", _text(value)
-    return "data", _text(" ".join(data[at : at + 2] for at in range(0, len(data), 2)))
+    return "data", _text(data.hex(" ").upper())
 
 
 def _text(text: str) -> str:
@@ -367,18 +384,18 @@ def round_up(value: float) -> float:
     return float(f"{next((step for step in steps if value <= step * (1 + 1e-9)), 10 * power):.6g}")
 
 
-def period_of(row: Row, share: float) -> tuple[float, float] | None:
+def period_of(times: Period, share: float) -> tuple[float, float] | None:
     """Returns the period of times in µs, and a tolerance of at least that share of it; None if there is none."""
-    mean = float(row["mean_us"])
-    if row["min_us"] is not None and mean < row["min_us"]:  # the mean has also those that may be too short
-        mean = (row["min_us"] + row["max_us"]) / 2
+    mean, min_us = times.mean_us, times.min_us
+    if min_us is not None and mean < min_us:  # the mean has also those that may be too short
+        mean = (min_us + times.max_us) / 2
     if mean <= 0:
         return None
     period = next(
         near for digits in (1, 2, 3, 17) if abs((near := float(f"{mean:.{digits - 1}e}")) - mean) <= mean / 100
     )
-    least = float(mean if row["min_us"] is None else row["min_us"])
-    off = max(float(row["max_us"]) - period, period - least)
+    least = mean if min_us is None else min_us
+    off = max(times.max_us - period, period - least)
     # Below the period itself: that a frame is missing must show.
     tolerance = max(share * period, min(round_up(1.5 * off) if off else 0.0, 0.75 * period))
     return (period, tolerance) if off <= period / 2 else None

@@ -14,7 +14,6 @@
 Must not: read a capture, print, or choose the names of columns.
 """
 
-import json
 import os
 from collections.abc import Callable, Iterator, Mapping, Set
 from contextlib import contextmanager, suppress
@@ -33,6 +32,8 @@ from canalyze.exporting import FOLDER, TABLES, Target
 from canalyze.exporting.shaping import RAW, Message, Of, fixed, identifier, kind_of, said_of, wide
 from canalyze.exporting.writing import File
 from canalyze.library.columns import columns
+from canalyze.records import records
+from canalyze.records.summary import Bus, Capture, Node
 from canalyze.values import DATES_NS
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ class Export:
         self._messages: dict[str, Message] = {}
         self._catalog: dict[tuple[str, ...], dict[str, Any]] = {}
         self._findings = dict.fromkeys(("error", "warning", "info"), 0)
-        self._summary: list[dict[str, Any]] = []
+        self._summary: list[Capture | Bus | Node] = []
         if not force and (there := self._earlier()):
             raise OutputError("output.exists", name=str(there[0]))
 
@@ -113,7 +114,7 @@ class Export:
 
     def take(self, session: "Session", result: bytes = b"") -> None:
         """Appends the complete batches, and the session's result: lines of its summary."""
-        self._summary += map(json.loads, result.splitlines())
+        self._summary += records(result, Capture, Bus, Node)
         self._of = self._of._replace(date_ns=session.date_ns or 0)
         with _said(self._target.path):
             for name, batch in session.batches():
@@ -126,8 +127,8 @@ class Export:
 
         bring: moves each file to its name in a folder elsewhere, where no valid files of the capture exist yet.
         """
-        capture = next((one for one in self._summary if one["kind"] == "summary_capture"), {})
-        day = self._moment(capture.get("first_t"))
+        capture = next((one for one in self._summary if isinstance(one, Capture)), None)
+        day = self._moment(capture.first_t if capture else None)
         if self._target.form == FOLDER:
             own = {"captures": lambda: [self._capture(capture)], "catalog": self._columns}
             for name, listed in own.items():
@@ -235,18 +236,16 @@ class Export:
             for row, schema in zip(self._catalog.values(), tables, strict=True)
         ]
 
-    def _capture(self, said: dict[str, Any]) -> dict[str, Any]:
+    def _capture(self, said: Capture | None) -> dict[str, Any]:
         """Returns the row of the capture."""
-        buses = [one for one in self._summary if one["kind"] == "summary_bus"]
-        nodes = {one["node"] for one in self._summary if one["kind"] == "summary_node"}
         counted = "findings" in self._target.tables
         return {
-            "t": self._moment(said.get("first_t")),
-            "end_t": self._moment(said.get("last_t")),
-            "seconds": None if said.get("seconds") is None else float(said["seconds"]),
-            "frames": said.get("frames", 0),
-            "buses": [one["bus"] for one in buses if one["bus"]],
-            "nodes": sorted(nodes),
+            "t": self._moment(said.first_t if said else None),
+            "end_t": self._moment(said.last_t if said else None),
+            "seconds": float(said.seconds) if said and said.seconds is not None else None,
+            "frames": said.frames if said else 0,
+            "buses": [one.bus for one in self._summary if isinstance(one, Bus) and one.bus],
+            "nodes": sorted({one.node for one in self._summary if isinstance(one, Node)}),
             **{f"{severity}s": count if counted else None for severity, count in self._findings.items()},
             "files": [os.fsencode(name).decode("utf-8", "replace") for name in self._about.files],
             "version": __version__,

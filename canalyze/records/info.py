@@ -4,7 +4,14 @@ from collections.abc import Mapping
 
 from msgspec import Struct
 
-from canalyze.records.summary import LeftOut
+
+class LeftOut(Struct, frozen=True, gc=False):
+    """Rows that are missing by the file itself."""
+
+    places: int
+    uncounted: int
+    """The number of places that do not tell how many."""
+    rows: int
 
 
 class BusFrames(Struct, frozen=True, gc=False):

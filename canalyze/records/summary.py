@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from msgspec import Struct, field
 
 from canalyze.records import Hex, Severity
+from canalyze.records.info import LeftOut
 from canalyze.values import Timed
 
 if TYPE_CHECKING:
@@ -18,21 +19,13 @@ State = Literal["boot-up", "stopped", "operational", "pre-operational"]
 """NMT states; boot-up is the message, after which a node is pre-operational."""
 
 
-class LeftOut(Struct, frozen=True, gc=False):
-    """Rows that are missing by the file itself."""
-
-    places: int
-    uncounted: int
-    """The number of places that do not tell how many."""
-    rows: int
-
-
 class Capture(Struct, frozen=True, gc=False, tag_field="kind", tag="summary_capture"):
     """The capture as a whole."""
 
     files: int
     frames: int
     unstamped: int
+    buses: int
     first_t: str | None
     last_t: str | None
     seconds: str | None

@@ -12,7 +12,8 @@ from msgspec.structs import asdict
 from canalyze.output import Output, dyed, printable
 from canalyze.output.layout import definitions
 from canalyze.records import SEVERITIES, records
-from canalyze.records.summary import Aborts, Burst, Bus, Capture, Identifier, LeftOut, Node, Pdo, Raised, Spread, Sync
+from canalyze.records.info import LeftOut
+from canalyze.records.summary import Aborts, Burst, Bus, Capture, Identifier, Node, Pdo, Raised, Spread, Sync
 from canalyze.reports.table import EMPTY, SPARE, Column, write
 from canalyze.reports.wording import ranges
 from canalyze.words import Words

@@ -1,0 +1,105 @@
+"""The figures of a capture from which expectations can be written; times in microseconds, as an expectation judges."""
+
+from typing import TypeAlias
+
+from msgspec import Struct
+
+from canalyze.records import problems, summary, transfers
+
+
+class Period(Struct, frozen=True, gc=False):
+    """The times from one to the next."""
+
+    count: int
+    min_us: float | None
+    """The least of those that may be too short."""
+    mean_us: float
+    max_us: float
+
+
+class Sync(Struct, frozen=True, gc=False, tag_field="kind", tag="observed_sync"):
+    """SYNC of a bus."""
+
+    bus: str | None
+    silence_us: float | None
+    """The time from the last one to the end of the capture; None where something has stopped them."""
+    period: Period | None
+
+
+class Heartbeat(Struct, frozen=True, gc=False, tag_field="kind", tag="observed_heartbeat"):
+    """Heartbeats of a node; as of SYNC."""
+
+    bus: str | None
+    node: int
+    silence_us: float | None
+    period: Period | None
+
+
+class Pdo(Struct, frozen=True, gc=False, tag_field="kind", tag="observed_pdo"):
+    """A PDO; as of SYNC."""
+
+    bus: str | None
+    node: int
+    pdo: str
+    silence_us: float | None
+    period: Period | None
+
+
+class Signal(Struct, frozen=True, gc=False, tag_field="kind", tag="observed_signal"):
+    """A signal, and the range of its values."""
+
+    bus: str | None
+    node: int
+    pdo: str
+    signal: str
+    select: str
+    """Its name in every language."""
+    unit: str | None
+    min: float | None
+    """None where it is no quantity."""
+    max: float | None
+
+
+class NodeState(Struct, frozen=True, gc=False, tag_field="kind", tag="observed_state"):
+    """An NMT state of a node."""
+
+    bus: str | None
+    node: int
+    state: str
+    since_boot_up_ns: int | None
+
+
+class DriveState(Struct, frozen=True, gc=False, tag_field="kind", tag="observed_drive"):
+    """A state of an axis of a drive."""
+
+    bus: str | None
+    node: int
+    axis: int
+    state: str
+    since_boot_up_ns: int | None
+
+
+class Emcy(Struct, frozen=True, gc=False, tag_field="kind", tag="observed_emcy"):
+    """An EMCY error code of a node."""
+
+    bus: str | None
+    node: int
+    code: str
+    count: int
+
+
+Record: TypeAlias = (
+    transfers.Transfer
+    | problems.Problem
+    | summary.Capture
+    | summary.Bus
+    | summary.Node
+    | summary.Raised
+    | Sync
+    | Heartbeat
+    | Pdo
+    | Signal
+    | NodeState
+    | DriveState
+    | Emcy
+)
