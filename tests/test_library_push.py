@@ -38,9 +38,9 @@ def messages(path: Path) -> list[can.Message]:
 
 
 def same(event: Any) -> Any:
-    """An event without what only a file has: its name, its lines, annotated lines."""
+    """An event without what only a file has: its name, its lines, annotated lines, eight digits of an error frame."""
     if isinstance(event, canalyze.Frame):
-        return replace(event, file="", line=None)
+        return replace(event, file="", line=None, _id=f"{event.id:X}")
     if isinstance(event, canalyze.Note):
         return replace(event, line=None, about_line=None)
     if isinstance(event, canalyze.Finding):

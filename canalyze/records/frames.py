@@ -8,7 +8,7 @@ from msgspec import Struct, field
 from msgspec.json import decode
 from msgspec.structs import force_setattr
 
-from canalyze.records import Hex, Value, decoder
+from canalyze.records import Value, decoder
 from canalyze.records.findings import Finding
 from canalyze.records.problems import Overview, Problem, ProblemChange
 from canalyze.records.transfers import Transfer
@@ -37,8 +37,7 @@ class Frame(Timed, Struct, frozen=True, gc=False, tag_field="kind", tag="frame")
     """The bus, where the capture names it."""
     direction: Literal["rx", "tx"] | None = field(name="dir")
     """Received or sent by the capturing host, where the capture tells."""
-    id: Hex
-    """The CAN identifier (COB-ID), 11 or 29 bits."""
+    _id: str = field(name="id")
     extended: bool = field(name="ext")
     """True if the identifier has 29 bits."""
     remote: bool = field(name="rtr")
@@ -55,10 +54,13 @@ class Frame(Timed, Struct, frozen=True, gc=False, tag_field="kind", tag="frame")
     """The node-ID, 1 to 127, where a node is concerned."""
     text: str
     """The meaning, in words."""
-    findings: tuple[str, ...]
-    """Codes of the findings raised at it; each follows as a `Finding`."""
-    _rest: bytes = b""
+    _rest: bytes = b"}"
     """The end of the object from its findings on: most readers never ask for it, and it is most of the work."""
+
+    @property
+    def id(self) -> int:
+        """The CAN identifier (COB-ID), 11 or 29 bits."""
+        return int(self._id, 16)
 
     @property
     def data(self) -> bytes:
@@ -81,10 +83,19 @@ class Frame(Timed, Struct, frozen=True, gc=False, tag_field="kind", tag="frame")
         return isinstance(self._fd, Fd) and self._fd.esi
 
     @property
+    def findings(self) -> tuple[str, ...]:
+        """Codes of the findings raised at it; each follows as a `Finding`."""
+        return () if self._rest.startswith(_NO_FINDINGS) else tuple(self._behind.get("findings", ()))
+
+    @property
     def fields(self) -> Mapping[str, Any]:
         """The fields of its service, as the object of that name in `decode --format jsonl`."""
-        rest = decode(b"{" + self._rest.removeprefix(b","), type=dict[str, Any]) if self._rest else {}
-        return rest.get(self.service) or {}
+        return self._behind.get(self.service) or {}
+
+    @property
+    def _behind(self) -> dict[str, Any]:
+        """The rest of the object."""
+        return decode(b"{" + self._rest.removeprefix(b","), type=dict[str, Any])
 
     def __repr__(self) -> str:
         number = f"{self.id:08X}" if self.extended else f"{self.id:03X}"
@@ -168,23 +179,27 @@ _CHANGE: Final = b'{"kind":"problem","phase":'
 _FINAL: Final = b'{"kind":"problem","phase":"final"'
 _FINDINGS: Final = b',"findings":['
 """Stands in a frame's object once: within a text its quotes would be escaped."""
+_NO_FINDINGS: Final = _FINDINGS + b"]"
 
 
 def events(result: bytes) -> Iterator[Event | Problem | Overview]:
     """Yields everything in complete JSON lines of the core, at their end the problems and the overview."""
     frame, change = decoder(Frame), decoder(ProblemChange)
     other = decoder(Note, Finding, Transfer, Problem, Overview)
-    for line in result.splitlines():
-        if line.startswith(_FRAME):
-            one: Frame = frame(line)
+    end = -1
+    while (start := end + 1) < len(result):
+        end = result.index(b"\n", start)
+        if result.startswith(_FRAME, start):
+            rest = result.index(_FINDINGS, start, end)
+            one: Frame = frame(result[start:rest] + b"}")
             # There are few different words, and each frame has its own copy.
             force_setattr(one, "file", intern(one.file))
             force_setattr(one, "service", intern(one.service))
             if one.bus is not None:
                 force_setattr(one, "bus", intern(one.bus))
-            force_setattr(one, "_rest", line[line.index(_FINDINGS) :])
+            force_setattr(one, "_rest", result[rest:end])
             yield one
-        elif line.startswith(_CHANGE) and not line.startswith(_FINAL):
-            yield change(line)
+        elif result.startswith(_CHANGE, start) and not result.startswith(_FINAL, start):
+            yield change(result[start:end])
         else:
-            yield other(line)
+            yield other(result[start:end])
