@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import tomllib
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import pytest
 from filled_records import filled
@@ -13,12 +13,12 @@ from msgspec import convert
 from msgspec.json import encode
 
 from canalyze.expectations import read
-from canalyze.expectations.draft import MOST_ALIKE, MOST_WRITES, Draft, period_of, range_of, round_up
-from canalyze.records import observed
+from canalyze.expectations.draft import KINDS, MOST_ALIKE, MOST_WRITES, Draft, period_of, range_of, round_up
+from canalyze.records.observed import Period
 from canalyze.words import LANGUAGES, Words
 
 Row = dict[str, Any]
-KINDS = {str(kind.__struct_config__.tag): kind for kind in get_args(observed.Record)}
+TAGGED = {str(kind.__struct_config__.tag): kind for kind in KINDS}
 
 CAPTURE: Row = {"kind": "summary_capture", "frames": 329, "buses": 1, "seconds": "0.534875", "bit_rate": None}
 
@@ -48,7 +48,7 @@ def spread(least: float, mean: float, most: float, count: int = 100) -> Row:
 
 def lines(*rows: Row) -> bytes:
     """Rows as the core writes them, with what they do not say."""
-    return b"".join(encode(filled(KINDS[row["kind"]], row)) + b"\n" for row in rows)
+    return b"".join(encode(filled(TAGGED[row["kind"]], row)) + b"\n" for row in rows)
 
 
 def drafted(tmp_path: Path, *rows: Row, lang: str = "en") -> tuple[str, dict[str, Any]]:
@@ -323,7 +323,7 @@ def test_limits_are_round(value: float, up: float) -> None:
     ],
 )
 def test_periods_are_round(least: float, mean: float, most: float, period: tuple[float, float] | None) -> None:
-    assert period_of(convert(spread(least, mean, most), observed.Period), 0.1) == period
+    assert period_of(convert(spread(least, mean, most), Period), 0.1) == period
 
 
 @pytest.mark.parametrize(

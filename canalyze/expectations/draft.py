@@ -6,14 +6,14 @@ that is the core's (`observed`), in the way in which it judges.
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any, Final, TypeVar, get_args
+from typing import Any, Final, TypeVar
 
 from msgspec import Struct
 
 from canalyze.output import commandless, hexadecimal, printable
 from canalyze.output.layout import wrap
 from canalyze.records import records
-from canalyze.records.observed import DriveState, Emcy, Heartbeat, NodeState, Pdo, Period, Record, Signal, Sync
+from canalyze.records.observed import DriveState, Emcy, Heartbeat, NodeState, Pdo, Period, Signal, Sync
 from canalyze.records.problems import Problem
 from canalyze.records.summary import Bus, Capture, Node, Raised
 from canalyze.records.transfers import Transfer
@@ -22,7 +22,11 @@ from canalyze.words import Words
 R = TypeVar("R", bound=Struct)
 _Place = tuple[str | None, int, str, int]
 """Bus, node, index and sub-index."""
-_KINDS: Final[tuple[type[Record], ...]] = get_args(Record)
+KINDS: Final = (
+    *(Bus, Capture, DriveState, Emcy, Heartbeat, Node, NodeState),
+    *(Pdo, Problem, Raised, Signal, Sync, Transfer),
+)
+"""The records that a draft is made of."""
 
 MOST_WRITES: Final = 200
 """SDO downloads that are written down; the rest is counted."""
@@ -76,7 +80,7 @@ class Draft:
 
     def take(self, result: bytes) -> None:
         """Adds JSON lines of the core."""
-        for one in records(result, *_KINDS):
+        for one in records(result, *KINDS):
             if isinstance(one, Transfer):
                 self._transfer(one)
             elif isinstance(one, Capture):
@@ -178,19 +182,18 @@ class Draft:
             yield ""
 
     def _states(self) -> Iterator[str]:
-        rows: list[NodeState | DriveState] = [*self._of(NodeState)]
-        rows += [row for row in self._of(DriveState) if row.state == "operation-enabled"]
+        rows = [*self._of(NodeState), *(row for row in self._of(DriveState) if row.state == "operation-enabled")]
         if rows:
             yield from self._said("expect.states")
         boots = {(node.bus, node.node): node.boot_ups for node in self._of(Node)}
         quickest: dict[tuple[str | None, int], float] = {}
         for row in rows:
-            if isinstance(row, NodeState) and row.state != "boot-up" and row.since_boot_up_ns is not None:
+            if not isinstance(row, DriveState) and row.state != "boot-up" and row.since_boot_up_ns is not None:
                 whose = (row.bus, row.node)
                 quickest[whose] = min(quickest.get(whose, math.inf), row.since_boot_up_ns)
         for row in rows:
             pairs = [("node", str(row.node), "")]
-            pairs.append(("state" if isinstance(row, NodeState) else "drive", _text(row.state), ""))
+            pairs.append(("drive" if isinstance(row, DriveState) else "state", _text(row.state), ""))
             if isinstance(row, DriveState) and row.axis != 1:
                 pairs.append(("axis", str(row.axis), ""))
             after, whose = row.since_boot_up_ns, (row.bus, row.node)

@@ -52,14 +52,11 @@ class CountedNode(Struct, frozen=True, gc=False):
     warnings: int
 
 
-class Bus(Struct, frozen=True, gc=False):
+class Bus(CountedBus, frozen=True, gc=False):
     """A bus of a snapshot."""
 
-    name: str
     frames_per_s: float | None
     load_percent: float | None
-    error_frames: int
-    dropped: int
     state: str | None
     """error-warning, error-passive or bus-off."""
 

@@ -1,10 +1,6 @@
 """The figures of a capture from which expectations can be written; times in microseconds, as an expectation judges."""
 
-from typing import TypeAlias
-
 from msgspec import Struct
-
-from canalyze.records import problems, summary, transfers
 
 
 class Period(Struct, frozen=True, gc=False):
@@ -17,32 +13,28 @@ class Period(Struct, frozen=True, gc=False):
     max_us: float
 
 
-class Sync(Struct, frozen=True, gc=False, tag_field="kind", tag="observed_sync"):
-    """SYNC of a bus."""
-
+class _Train(Struct, frozen=True, gc=False):
     bus: str | None
     silence_us: float | None
     """The time from the last one to the end of the capture; None where something has stopped them."""
     period: Period | None
 
 
-class Heartbeat(Struct, frozen=True, gc=False, tag_field="kind", tag="observed_heartbeat"):
-    """Heartbeats of a node; as of SYNC."""
+class Sync(_Train, frozen=True, gc=False, tag_field="kind", tag="observed_sync"):
+    """SYNC of a bus."""
 
-    bus: str | None
+
+class Heartbeat(_Train, frozen=True, gc=False, tag_field="kind", tag="observed_heartbeat"):
+    """Heartbeats of a node."""
+
     node: int
-    silence_us: float | None
-    period: Period | None
 
 
-class Pdo(Struct, frozen=True, gc=False, tag_field="kind", tag="observed_pdo"):
-    """A PDO; as of SYNC."""
+class Pdo(_Train, frozen=True, gc=False, tag_field="kind", tag="observed_pdo"):
+    """A PDO."""
 
-    bus: str | None
     node: int
     pdo: str
-    silence_us: float | None
-    period: Period | None
 
 
 class Signal(Struct, frozen=True, gc=False, tag_field="kind", tag="observed_signal"):
@@ -69,14 +61,10 @@ class NodeState(Struct, frozen=True, gc=False, tag_field="kind", tag="observed_s
     since_boot_up_ns: int | None
 
 
-class DriveState(Struct, frozen=True, gc=False, tag_field="kind", tag="observed_drive"):
+class DriveState(NodeState, frozen=True, gc=False, tag_field="kind", tag="observed_drive"):
     """A state of an axis of a drive."""
 
-    bus: str | None
-    node: int
     axis: int
-    state: str
-    since_boot_up_ns: int | None
 
 
 class Emcy(Struct, frozen=True, gc=False, tag_field="kind", tag="observed_emcy"):
@@ -86,20 +74,3 @@ class Emcy(Struct, frozen=True, gc=False, tag_field="kind", tag="observed_emcy")
     node: int
     code: str
     count: int
-
-
-Record: TypeAlias = (
-    transfers.Transfer
-    | problems.Problem
-    | summary.Capture
-    | summary.Bus
-    | summary.Node
-    | summary.Raised
-    | Sync
-    | Heartbeat
-    | Pdo
-    | Signal
-    | NodeState
-    | DriveState
-    | Emcy
-)
