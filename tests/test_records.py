@@ -75,6 +75,15 @@ def test_a_record_is_as_the_schema_says(name: str, kind: type[msgspec.Struct]) -
             assert ("null" in types) == column["nullable"], field.name
 
 
+def test_a_row_of_a_table_is_as_the_schema_says() -> None:
+    (table,) = (record["columns"] for record in json.loads(_core.schema()) if record["table"] == "problems")
+    columns = {one["column"]: one for one in table if one["arrow"]}
+    for field in fields(problems.ProblemRow):
+        types, column = taken(field.type), columns[field.encode_name]
+        assert ("null" in types) == column["nullable"], field.name
+        assert types - {"null"} == {"integer" if "int" in column["arrow"] else "string"}, field.name
+
+
 def test_records_of_the_schema_are_known() -> None:
     assert {name for name, _ in KINDS if name in SCHEMA} >= {"frame", "note", "finding", "transfer", "signal"}
 

@@ -194,6 +194,25 @@ class ProblemChange(_Happened, frozen=True, gc=False, tag_field="kind", tag="pro
         return f"<ProblemChange {self.id} {self.kind} {self.phase}, frame {self.begin.frame}: {self.message}>"
 
 
+class ProblemRow(Struct, frozen=True, gc=False):
+    """A row of the table of problems."""
+
+    id: int
+    status: Status
+    depth: int
+    """The number of causes above it."""
+    bus: str | None
+    subject: str
+    begin_frame: int
+    """0 of the capture as a whole."""
+    end_frame: int | None
+    cause: int | None
+    delay_ns: int | None
+    message: str
+    checks: str
+    """A line each."""
+
+
 class NodeView(Struct, frozen=True, gc=False):
     """A node on the first screen of a diagnosis."""
 

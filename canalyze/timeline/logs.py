@@ -4,7 +4,7 @@ The lines are the core's; the blocks of the summary come from `reports/summary_t
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from typing import Any, Final
 
@@ -14,6 +14,7 @@ import pyarrow.compute as pc
 
 from canalyze.output import printable
 from canalyze.records import records
+from canalyze.records.problems import ProblemRow
 from canalyze.records.summary import Capture
 from canalyze.reports.summary_text import LEFT, report
 from canalyze.timeline.contents import Contents
@@ -44,22 +45,22 @@ def facts(result: bytes) -> dict[str, Any]:
     return {key: fact for key in _FACTS if (fact := getattr(capture, key)) is not None}
 
 
-def problem_list(problems: Sequence[Mapping[str, Any]], words: Words) -> str:
+def problem_list(problems: Sequence[tuple[ProblemRow, str]], words: Words) -> str:
     """Returns the diagnosis as a document: a chapter per status, an item per problem, its consequences below it.
 
-    problems: rows of the core's table, in the order of reading, each with `caused` in words.
+    problems: in the order of reading, each with its cause in words.
     """
     lines = [f"# {_plain(words('timeline.diagnosis'))}\n"]
     heading = ""
-    for one in problems:
-        if not one["depth"] and one["status"] != heading:
-            heading = one["status"]
+    for one, cause in problems:
+        if not one.depth and one.status != heading:
+            heading = one.status
             lines.append(f"\n## {_plain(words.of('problem_heading', heading))}\n\n")
-        indent = "  " * one["depth"]
-        caused = f" ({_plain(one['caused'])})" if one["caused"] else ""
-        lines.append(f"{indent}- **\\#{one['id']}** {_plain(one['message'])}{caused}\n")
-        if not one["depth"] and one["checks"] and one["status"] != "harmless":
-            checks = words("diagnose.between").join(one["checks"].split("\n"))
+        indent = "  " * one.depth
+        caused = f" ({_plain(cause)})" if cause else ""
+        lines.append(f"{indent}- **\\#{one.id}** {_plain(one.message)}{caused}\n")
+        if not one.depth and one.checks and one.status != "harmless":
+            checks = words("diagnose.between").join(one.checks.split("\n"))
             lines.append(f"{indent}  - {_plain(words('diagnose.check_first', said=checks))}\n")
     return "".join(lines)
 
