@@ -61,6 +61,12 @@ def test_a_listing_loads_least(tmp_path: Path) -> None:
     assert not BESIDE & modules
 
 
+def test_the_end_of_a_run_looks_for_no_garbage() -> None:
+    code = "import gc; from canalyze.__main__ import main; main(); print(gc.get_freeze_count() - len(gc.get_objects()))"
+    done = subprocess.run([sys.executable, "-c", code, "rules"], capture_output=True, check=True, encoding="utf-8")
+    assert int(done.stdout.splitlines()[-1]) > 10_000
+
+
 def test_what_a_run_asks_for_is_loaded_then(tmp_path: Path) -> None:
     """The lists above would be empty of meaning if nothing were ever loaded."""
     (tmp_path / "canalyze.toml").write_text('lang = "en"\n')
