@@ -127,17 +127,16 @@ impl Ledger {
         recent.filter(|(_, one)| one.bus == bus && !one.merged).map(|(place, _)| place).collect()
     }
 
-    /// Returns true if `one` is `other` or has it among its direct and indirect causes.
+    /// Iterates over a problem and its direct and indirect causes, at most [`RECENT`] in all.
+    pub(super) fn causes(&self, one: ProblemId) -> impl Iterator<Item = ProblemId> {
+        let cause = |id: &ProblemId| self.by_id(*id).and_then(|one| one.cause).map(|link| link.cause);
+        std::iter::successors(Some(one), cause).take(RECENT)
+    }
+
+    /// Returns true if `one` is `other` or has it among its direct and indirect causes, or has too many of them.
     pub(super) fn comes_from(&self, one: ProblemId, other: ProblemId) -> bool {
-        let mut at = Some(one);
-        for _ in 0..RECENT {
-            match at {
-                Some(id) if id == other => return true,
-                Some(id) => at = self.by_id(id).and_then(|one| one.cause).map(|link| link.cause),
-                None => return false,
-            }
-        }
-        true
+        let mut count = 0;
+        self.causes(one).inspect(|_| count += 1).any(|id| id == other) || count == RECENT
     }
 
     /// Merges a problem into another one.

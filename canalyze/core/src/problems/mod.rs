@@ -31,11 +31,11 @@ mod trackers;
 
 pub use ledger::Ledger;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use self::ledger::LedgerPlace;
 use self::on_bus::OfBus;
-use self::problem::{ProblemId, Status};
+use self::problem::{Problem, ProblemId, Status};
 use self::scene::Last;
 use self::status::is_over;
 use crate::bytes::frame::{BusId, Frame, FrameRef};
@@ -276,19 +276,20 @@ impl Diagnosis {
     /// Returns the nodes with their states, and the first open problem in reading order that concerns each.
     fn views(&self, state: &[Bus]) -> Vec<NodeView> {
         let order = rank::roots(&self.ledger);
+        let ranks: BTreeMap<ProblemId, usize> = order.iter().enumerate().map(|(rank, root)| (*root, rank)).collect();
+        let is_open = |one: &&Problem| matches!(one.alone, Status::Open | Status::Unknown);
+        let mut open: BTreeMap<u8, Vec<(usize, &Problem)>> = BTreeMap::new();
+        for one in self.ledger.told().filter(is_open) {
+            let rank = self.ledger.causes(one.id).filter_map(|id| ranks.get(&id)).min();
+            rank.into_iter().for_each(|rank| open.entry(one.bus.0).or_default().push((*rank, one)));
+        }
         let mut views = Vec::new();
         for (index, (of_bus, known)) in self.buses.iter().zip(state).enumerate() {
             let (bus, heard) = (BusId(index as u8), &of_bus.heard);
+            let open = open.get(&bus.0).map_or(&[][..], Vec::as_slice);
             for node in problem::members(heard.known) {
-                let about = |id: &&ProblemId| {
-                    self.ledger.told().any(|one| {
-                        one.bus == bus
-                            && one.subject.concerns(node)
-                            && matches!(one.alone, Status::Open | Status::Unknown)
-                            && self.ledger.comes_from(one.id, **id)
-                    })
-                };
-                let problem = order.iter().find(about).copied();
+                let concerning = open.iter().filter(|(_, one)| one.subject.concerns(node));
+                let problem = concerning.map(|(rank, _)| *rank).min().and_then(|rank| order.get(rank).copied());
                 // An axis has left the fault once no error is left, unless a problem says that it has not; it has shown no
                 // other state yet.
                 let cleared = heard.noted(Last::NoError, node).filter(|_| problem.is_none());
