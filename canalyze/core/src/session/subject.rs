@@ -47,7 +47,7 @@ impl Subject for Seen<'_> {
     }
 
     fn annotation(&self, out: &mut Vec<u8>) {
-        let mut lines = Lines::new(self.lang, Depth::Default, None);
+        let lines = Lines::new(self.lang, Depth::Default, None);
         for event in self.all() {
             lines.said(out, event, self.frame);
         }

@@ -15,7 +15,7 @@ use crate::rules::finding::{Code, Severity};
 use crate::sdo::wire::Side;
 use crate::wire;
 use crate::wire::cob_id::{Role, predefined};
-use crate::words::digits::{KnownTexts, filled, hex_digits, put};
+use crate::words::digits::{filled, hex_digits, put};
 use crate::words::{Depth, Lang, explain, findings, notes, services as words};
 use crate::world::event::{Event, Step, What};
 
@@ -80,8 +80,6 @@ pub struct Lines {
     depth: Depth,
     look: Look,
     columns: ConsoleColumns,
-    /// Phrases of PDOs.
-    phrases: KnownTexts,
     /// The form of the next frames' stamps.
     pub clock: Clocked,
     last_ns: Option<Ns>,
@@ -105,7 +103,6 @@ impl Lines {
             depth,
             look: Look::default(),
             columns: ConsoleColumns::default(),
-            phrases: KnownTexts::default(),
             clock: Clocked { time, ..Clocked::default() },
             last_ns: None,
             folded: None,
@@ -162,7 +159,17 @@ impl Lines {
 
     /// Appends the output of `write`, in a colour if colours are used.
     fn dyed(&self, out: &mut Vec<u8>, colour: impl FnOnce() -> &'static str, write: impl FnOnce(&mut Vec<u8>)) {
-        dyed(self.look, out, colour, write);
+        if !self.look.coloured {
+            return write(out);
+        }
+        let colour = colour();
+        let start = out.len() + colour.len();
+        put!(out; colour);
+        write(out);
+        // A colour ends with the first line: below it is what explains it.
+        let end = out.get(start..).and_then(|said| said.iter().position(|byte| *byte == b'\n'));
+        let end = end.map_or(out.len(), |end| start + end);
+        out.splice(end..end, colour::PLAIN.bytes());
     }
 
     /// A line that stands out by itself.
@@ -185,7 +192,7 @@ impl Lines {
 
     /// Appends an event's text in whole lines: a frame's own event after its data, others below it. Returns true for
     /// the frame's own.
-    pub fn said(&mut self, out: &mut Vec<u8>, event: &Event, frame: &Frame) -> bool {
+    pub fn said(&self, out: &mut Vec<u8>, event: &Event, frame: &Frame) -> bool {
         let service = match &event.what {
             What::Message(message) => message.service(),
             What::Pdo(_) | What::Mpdo(_) => "pdo",
@@ -195,12 +202,12 @@ impl Lines {
                 return false;
             }
         };
-        dyed(self.look, out, || colour::named(service), |out| self.own(out, event, frame));
+        self.dyed(out, || colour::named(service), |out| self.own(out, event, frame));
         true
     }
 
     /// Appends the text of a frame's own event.
-    fn own(&mut self, out: &mut Vec<u8>, event: &Event, frame: &Frame) {
+    fn own(&self, out: &mut Vec<u8>, event: &Event, frame: &Frame) {
         match &event.what {
             What::Message(message) => {
                 words::message(out, self.lang, self.depth, message, frame);
@@ -210,7 +217,7 @@ impl Lines {
                 }
             }
             What::Pdo(data) => {
-                words::pdo::process_data(out, self.lang, self.depth, data, frame, &mut self.phrases);
+                words::pdo::process_data(out, self.lang, self.depth, data, frame);
                 out.push(b'\n');
                 if self.depth == Depth::Explain {
                     explain::pdo::process_data(out, self.lang, data, frame);
@@ -332,21 +339,6 @@ impl Lines {
         };
         Some(Stamp { form, ns, width: 3, decimals: stamp.decimals })
     }
-}
-
-/// Appends the output of `write`, in a colour if colours are used.
-fn dyed(look: Look, out: &mut Vec<u8>, colour: impl FnOnce() -> &'static str, write: impl FnOnce(&mut Vec<u8>)) {
-    if !look.coloured {
-        return write(out);
-    }
-    let colour = colour();
-    let start = out.len() + colour.len();
-    put!(out; colour);
-    write(out);
-    // A colour ends with the first line: below it is what explains it.
-    let end = out.get(start..).and_then(|said| said.iter().position(|byte| *byte == b'\n'));
-    let end = end.map_or(out.len(), |end| start + end);
-    out.splice(end..end, colour::PLAIN.bytes());
 }
 
 /// One frame by itself, with its breakdown: no history, so nothing is said of its place.

@@ -16,14 +16,26 @@ const SHOWN: u64 = 10;
 const COUNTED: usize = 4096;
 /// Number of kinds from which on consequences are counted by rule, bus, node and object only, to leave room for causes.
 const BY_CAUSE: usize = COUNTED / 2;
+/// Number of kinds that are found without a search.
+const RECENT: usize = 256;
 
 /// Findings of one kind: same rule, bus, node and object, of the same expectation, and because of the same frame.
 type RepeatKey = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>, Option<u64>);
 
 /// The number of findings of each kind.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Repeats {
-    counted: BTreeMap<RepeatKey, (u64, Finding)>,
+    /// The place of each kind in `counted`.
+    places: BTreeMap<RepeatKey, usize>,
+    counted: Vec<(u64, Finding)>,
+    /// Places of kinds that come often, by a part of what tells them apart: a fault may be in every frame.
+    recent: [usize; RECENT],
+}
+
+impl Default for Repeats {
+    fn default() -> Self {
+        Self { places: BTreeMap::new(), counted: Vec::new(), recent: [0; RECENT] }
+    }
 }
 
 impl Repeats {
@@ -37,30 +49,64 @@ impl Repeats {
 
     /// Counts a finding. Returns true if it is shown.
     pub fn shows(&mut self, finding: &Finding) -> bool {
-        let counted = &mut self.counted;
+        let slot = slot(finding);
+        let recent = self.recent.get(slot).and_then(|place| self.counted.get_mut(*place));
+        if let Some((count, _)) = recent.filter(|(_, known)| is_alike(known, finding)) {
+            *count += 1;
+            return *count <= SHOWN;
+        }
         let expectation = finding.expectation().map(Arc::clone);
         let because_of = finding.because_of.map(|at| at.no);
         let mut key = (finding.code, finding.bus, finding.node, finding.object, expectation, because_of);
-        if counted.len() >= BY_CAUSE && because_of.is_some() && !counted.contains_key(&key) {
+        if self.places.len() >= BY_CAUSE && because_of.is_some() && !self.places.contains_key(&key) {
             key.5 = Some(0);
         }
-        if counted.len() >= COUNTED && !counted.contains_key(&key) {
+        if self.places.len() >= COUNTED && !self.places.contains_key(&key) {
             return true;
         }
-        let (count, _) = counted.entry(key).or_insert_with(|| (0, finding.clone()));
+        let alone = key.5 == because_of;
+        let place = *self.places.entry(key).or_insert(self.counted.len());
+        if place == self.counted.len() {
+            self.counted.push((0, finding.clone()));
+        }
+        if let Some(recent) = self.recent.get_mut(slot).filter(|_| alone) {
+            *recent = place;
+        }
+        let Some((count, _)) = self.counted.get_mut(place) else { return true };
         *count += 1;
         *count <= SHOWN
     }
 
     /// Appends the counts of findings that were not shown; `at` is the last frame of the capture.
     pub fn finish(&mut self, at: FrameRef, events: &mut Vec<Event>) {
-        for (_, (count, finding)) in std::mem::take(&mut self.counted) {
-            if count > SHOWN {
-                let Finding { bus, node, .. } = finding;
-                let facts = finding.facts.repeated(count - SHOWN);
-                let what = What::Finding(Box::new(Finding { at, cause: None, facts, ..finding }));
+        let Self { places, counted, .. } = std::mem::take(self);
+        for place in places.into_values() {
+            let Some((count, finding)) = counted.get(place) else { continue };
+            if *count > SHOWN {
+                let Finding { bus, node, .. } = *finding;
+                let facts = finding.facts.repeated(*count - SHOWN);
+                let what = What::Finding(Box::new(Finding { at, cause: None, facts, ..finding.clone() }));
                 events.push(Event { at, about: None, bus, node, transfer: None, what });
             }
         }
     }
+}
+
+/// Returns the place in [`Repeats::recent`] of the kind of a finding.
+fn slot(finding: &Finding) -> usize {
+    let Finding { code, node, object, .. } = finding;
+    let object = object.map_or(0, |object| u64::from(object.index) << 8 | u64::from(object.sub));
+    let kind = *code as u64 | u64::from(node.unwrap_or(0)) << 16 | object << 24;
+    // Multiplied by 2^64 by the golden ratio, kinds that are close to each other have places of their own.
+    (kind.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize % RECENT
+}
+
+/// Returns true if two findings are of one kind, neither of an expectation.
+fn is_alike(one: &Finding, other: &Finding) -> bool {
+    let because_of = |finding: &Finding| finding.because_of.map(|at| at.no);
+    one.code == other.code
+        && (one.bus, one.node, one.object) == (other.bus, other.node, other.object)
+        && because_of(one) == because_of(other)
+        && one.expectation().is_none()
+        && other.expectation().is_none()
 }

@@ -66,9 +66,12 @@ pub struct Hex<const DIGITS: usize>(pub u64);
 
 impl<const N: usize> Put for Hex<N> {
     fn put(&self, out: &mut Vec<u8>) {
+        if N > 16 {
+            return hex(out, self.0, N);
+        }
         // In one piece, since nearly every line has some.
         let mut digits = [b'0'; N];
-        for (position, slot) in digits.iter_mut().rev().enumerate().take(16) {
+        for (position, slot) in digits.iter_mut().rev().enumerate() {
             *slot = digit((self.0 >> (4 * position)) as u8);
         }
         out.extend_from_slice(&digits);

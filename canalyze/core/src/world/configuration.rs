@@ -236,7 +236,7 @@ impl Configuration {
         self.observed.range(span.clone()).next().is_some()
             || self.options.range(span.clone()).next().is_some()
             || self.concise.range(span).next().is_some()
-            || self.description.as_ref().is_some_and(filed)
+            || self.description.as_ref().is_some_and(|description| description.configures && filed(description))
     }
 
     /// Returns true if something is known of an object.

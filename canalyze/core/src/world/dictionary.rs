@@ -157,6 +157,8 @@ pub struct Dictionary {
     pub form: Form,
     /// The product's name; empty if the file has none.
     pub device: String,
+    /// True if it may hold values that were configured, not only defaults.
+    pub configures: bool,
     objects: Vec<Arc<Object>>,
 }
 
@@ -165,7 +167,9 @@ impl Dictionary {
     pub fn new(file: String, form: Form, device: String, mut objects: Vec<Object>) -> Self {
         objects.sort_by_key(|object| (object.index, object.sub));
         objects.dedup_by_key(|object| (object.index, object.sub));
-        Self { file, form, device, objects: objects.into_iter().map(Arc::new).collect() }
+        let configured = |object: &Object| object.preset.is_some_and(|preset| preset.configured);
+        let configures = form == Form::Dcf || objects.iter().any(configured);
+        Self { file, form, device, configures, objects: objects.into_iter().map(Arc::new).collect() }
     }
 
     /// One object.

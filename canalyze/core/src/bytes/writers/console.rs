@@ -82,8 +82,8 @@ pub struct ConsoleColumns {
 /// The whole second of the last stamp and its text, since most stamps have that of the one before.
 #[derive(Debug, Default)]
 struct Second {
-    /// Its beginning, in ns.
-    from_ns: i64,
+    /// Its beginning.
+    from_ns: Ns,
     /// The width of its text, in digits; 0 before the first.
     width: u8,
     /// Its text.
@@ -132,7 +132,7 @@ impl ConsoleColumns {
     /// Appends a stamp in parentheses with its digits as written.
     fn stamp(&mut self, out: &mut Vec<u8>, stamp: &Stamp) {
         let Second { from_ns, width, digits } = &mut self.second;
-        let within = stamp.ns.as_ns() - *from_ns;
+        let within = (stamp.ns - *from_ns).as_ns();
         if stamp.form != StampForm::Seconds || stamp.ns < Ns::ZERO {
             put!(out; "(");
             self::digits(out, stamp);
@@ -143,10 +143,10 @@ impl ConsoleColumns {
             let (start, whole) = (out.len(), stamp.ns.as_ns() / SECOND);
             put!(out; "(");
             filled(out, whole.unsigned_abs(), usize::from(stamp.width), b'0');
-            (*from_ns, *width) = (whole * SECOND, stamp.width);
+            (*from_ns, *width) = (Ns::from_s(whole), stamp.width);
             digits.clear();
             digits.extend_from_slice(out.get(start..).unwrap_or_default());
-            fraction(out, (stamp.ns.as_ns() - *from_ns) as u32, stamp.decimals);
+            fraction(out, (stamp.ns - *from_ns).as_ns() as u32, stamp.decimals);
         }
         put!(out; ")  ");
     }

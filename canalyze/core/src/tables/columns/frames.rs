@@ -10,7 +10,7 @@ use crate::tables::jsonl::{pdo, sdo, services};
 use crate::tables::table::{
     Any, Bytes, Cx, Given, Identifier, List, Members, Name, Stamped, Text, Truth, U8, U64, Word, list, table,
 };
-use crate::words::digits::{KnownTexts, put};
+use crate::words::digits::put;
 use crate::words::{Depth, services as words};
 use crate::world::event::{Event, What};
 
@@ -118,9 +118,7 @@ fn text(out: &mut Vec<u8>, cx: &Cx<'_>, Framed { frame, events, .. }: Framed<'_>
     let (lang, Some(event)) = (cx.setting.lang, events.first()) else { return };
     match &event.what {
         What::Message(message) => words::message(out, lang, Depth::Default, message, frame),
-        What::Pdo(data) => {
-            words::pdo::process_data(out, lang, Depth::Default, data, frame, &mut KnownTexts::default());
-        }
+        What::Pdo(data) => words::pdo::process_data(out, lang, Depth::Default, data, frame),
         What::Mpdo(data) => words::pdo::multiplex(out, lang, Depth::Default, data),
         What::Sdo(step) => words::sdo::step(out, lang, Depth::Default, step, frame.len),
         What::Finding(_) | What::Transfer(_) | What::Note(_) | What::Change(_) => {}

@@ -1,5 +1,7 @@
 //! PDOs in words: the signals of a mapped one, the object of a multiplex one. Nine tenths of a capture are these lines.
 
+use std::cell::RefCell;
+
 use crate::bytes::frame::Frame;
 use crate::bytes::ns::Ns;
 use crate::wire::pdo::Multiplexed;
@@ -11,22 +13,21 @@ use crate::words::{Depth, Lang, say, sentence, signal};
 use crate::world::configuration::Provenance;
 use crate::world::event::{Addressed, Placement, ProcessData, Signals, Unmapped};
 
-/// Appends the phrase of a PDO, and at other depths than brief its signals. No line end. `known`: phrases of this
-/// language and depth that were appended before.
-pub fn process_data(
-    out: &mut Vec<u8>,
-    lang: Lang,
-    depth: Depth,
-    data: &ProcessData,
-    frame: &Frame,
-    known: &mut KnownTexts,
-) {
-    let key = beginning_key(data, frame.len);
-    if !known.put(out, key) {
-        let start = out.len();
-        beginning(out, lang, depth, data, frame.len);
-        known.keep(key, out.get(start..).unwrap_or_default());
-    }
+thread_local! {
+    /// The beginnings of phrases, by what decides them: nearly all are those of an earlier frame.
+    static BEGINNINGS: RefCell<KnownTexts> = RefCell::default();
+}
+
+/// Appends the phrase of a PDO, and at other depths than brief its signals. No line end.
+pub fn process_data(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessData, frame: &Frame) {
+    let key = beginning_key(lang, depth, data, frame.len);
+    BEGINNINGS.with_borrow_mut(|known| {
+        if !known.put(out, key) {
+            let start = out.len();
+            beginning(out, lang, depth, data, frame.len);
+            known.keep(key, out.get(start..).unwrap_or_default());
+        }
+    });
     if depth == Depth::Brief {
         return;
     }
@@ -67,16 +68,13 @@ fn beginning(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessData, le
 }
 
 /// Returns all that decides that part.
-fn beginning_key(data: &ProcessData, len: u8) -> u64 {
+fn beginning_key(lang: Lang, depth: Depth, data: &ProcessData, len: u8) -> u64 {
     let why = match data.content {
         Signals::Mapped(..) | Signals::ByConsumer(..) => 0,
         Signals::None(why) => 1 + why as u64,
     };
-    u64::from(data.node)
-        | u64::from(data.number) << 8
-        | u64::from(data.transmit) << 24
-        | why << 25
-        | u64::from(len) << 32
+    let how = u64::from(lang == Lang::En) | u64::from(depth == Depth::Brief) << 1 | u64::from(data.transmit) << 2;
+    u64::from(data.node) | u64::from(data.number) << 8 | how << 24 | why << 27 | u64::from(len) << 32
 }
 
 /// Appends the phrase of a multiplex PDO, and at other depths than brief what it carries. No line end.
