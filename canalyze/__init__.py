@@ -11,9 +11,7 @@ if TYPE_CHECKING:
     from canalyze.library import Options, open
     from canalyze.library.capture import Capture
     from canalyze.library.columns import Column, Table, column_tables, columns
-    from canalyze.library.node import Nodes
-    from canalyze.library.problem import Problems
-    from canalyze.library.rows import Events, Findings, Frames, Transfers
+    from canalyze.library.rows import Events, Findings, Frames, Nodes, Problems, Transfers
     from canalyze.library.series import Series, Signals
     from canalyze.library.stream import Bus, Listener, live
     from canalyze.library.whole import (
@@ -48,9 +46,7 @@ _FROM = {
     "records.problems": "Cause Moment Problem ProblemChange Step",
     "records.summary": "Aborts Emcy Node Spread StateChange",
     "records.transfers": "Abort Hole Transfer",
-    "library.problem": "Problems",
-    "library.node": "Nodes",
-    "library.rows": "Events Findings Frames Transfers",
+    "library.rows": "Events Findings Frames Nodes Problems Transfers",
     "library.series": "Series Signals",
     "library.stream": "Bus Listener live",
     "library.whole": "Diagnosis Diff Inventory Summary convert diagnose diff explain od rules summary",

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from canalyze.fleet import task
-from canalyze.fleet.manifest import Manifest
-from canalyze.fleet.task import Piece, Work
+from canalyze.fleet.task import Manifest, Piece, Work
 from canalyze.running.pool import Tell
 
 

@@ -1,7 +1,7 @@
 """Pages that are made of what the core has: its rules, its kinds of problems, its terms, its tables of columns.
 
 `python tests/regenerate.py pages` writes them; `test_pages.py` holds that they are current. Must not: say anything of
-its own beyond headings; the page of columns is the product's (`canalyze/pages/columns.py`).
+its own beyond headings; the page of columns is the product's (`canalyze/pages/__init__.py`).
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from pathlib import Path
 
 from captures import SAMPLES
 
-from canalyze import _core
-from canalyze.pages import FOLDER, columns
+from canalyze import _core, pages
+from canalyze.pages import FOLDER
 from canalyze.words import LANGUAGES, Words
 
 TERMS = SAMPLES.parent / "canalyze/core/words/glossary.tsv"
@@ -122,7 +122,7 @@ PAGES: dict[str, Callable[[str], str]] = {
     "rules": rules,
     "problems": problems,
     "glossary": glossary,
-    "columns": columns.page,
+    "columns": pages.columns_page,
 }
 
 

@@ -21,8 +21,7 @@ from sdo_wire import (
 )
 
 from canalyze._core import DATA_TYPES
-from canalyze.dictionary.model import Dictionary, Entry, NodeOffset
-from canalyze.dictionary.values import BYTES, REAL, STRINGS
+from canalyze.dictionary.model import BYTES, REAL, STRINGS, Dictionary, Entry, NodeOffset
 
 Address = tuple[int, int]
 

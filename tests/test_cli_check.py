@@ -324,13 +324,13 @@ def test_a_process_that_dies_is_an_error_of_its_capture(
 ) -> None:
     code = (
         "import os, signal, sys\n"
-        "from canalyze.check import workers\n"
-        "examine = workers.examine\n"
+        "from canalyze.check import examination\n"
+        "examine = examination.examine\n"
         "def dying(name, job, progress):\n"
         "    if 'sync' in name:\n"
         "        os.kill(os.getpid(), signal.SIGKILL)\n"
         "    return examine(name, job, progress)\n"
-        "workers.examine = dying\n"
+        "examination.examine = dying\n"
         "from canalyze.cli import main\n"
         "raise SystemExit(main(sys.argv[1:]))\n"
     )

@@ -19,7 +19,7 @@ from processes import wait_until_idle
 from test_diagnosis import frames_of, lost
 
 from canalyze.output.layout import width
-from canalyze.reports.diagnosis_text import _fitted
+from canalyze.reports.diagnosis import _fitted
 
 LINES = 30
 CHINESE = re.compile("[\u4e00-\u9fff]")

@@ -8,7 +8,7 @@ from conftest import NOTES, Runner
 
 from canalyze.records import of_rows
 from canalyze.records.transfers import Transfer
-from canalyze.reports.sdo_text import row
+from canalyze.reports.sdo import row
 from canalyze.words import Words
 
 

@@ -15,8 +15,8 @@ from conftest import NOTES, command, environment
 from canalyze import output
 from canalyze.output import Output
 from canalyze.output.layout import width
-from canalyze.reports.sdo_text import COLUMNS
-from canalyze.reports.sdo_text import columns as sdo_columns
+from canalyze.reports.sdo import COLUMNS
+from canalyze.reports.sdo import columns as sdo_columns
 from canalyze.reports.table import Row, Table
 from canalyze.words import Words
 

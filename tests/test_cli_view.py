@@ -33,7 +33,7 @@ from test_sniff import process as sniffing
 from viewers import DEADLINE_S, free_pair, listeners, on_linux, sent_to, soon, viewer_of
 
 from canalyze.cli import main
-from canalyze.timeline.feed import Feed
+from canalyze.timeline.recording import Feed
 
 CAPTURE = SAMPLES / "network" / "sync-and-pdos.log"
 EDS = f"5={SAMPLES.parent / 'eds' / 'drive.eds'}"

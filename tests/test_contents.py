@@ -24,7 +24,7 @@ from sdo_wire import (
     segmented_upload,
 )
 
-from canalyze.reports.contents import recognised
+from canalyze.reports.extract import recognised
 
 NODE = Channel(10, "can0")
 PROGRAM = bytes(range(256)) * 3

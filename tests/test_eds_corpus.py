@@ -16,8 +16,7 @@ from canopen.objectdictionary import ODRecord, ODVariable
 from eds_texts import pdos, pdos_of_the_library
 
 from canalyze.dictionary import load
-from canalyze.dictionary.model import Dictionary, Entry, NodeOffset
-from canalyze.dictionary.values import SIGNED
+from canalyze.dictionary.model import SIGNED, Dictionary, Entry, NodeOffset
 
 SHARED = Path(__file__).parent.parent.parent / "shared/corpus"
 NODE = 5

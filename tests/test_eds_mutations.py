@@ -11,8 +11,7 @@ import pytest
 
 from canalyze.dictionary import read
 from canalyze.errors import SourceError
-from canalyze.reports.dictionary_jsonl import lines
-from canalyze.reports.dictionary_text import defect_line
+from canalyze.reports.dictionary import defect_line, json_lines
 from canalyze.words import Words
 
 OWN = Path(__file__).parent.parent / "eds"
@@ -160,7 +159,7 @@ def read_and_show(text: bytes) -> None:
         assert error.key in {"eds.nothing", "eds.xml", "eds.doctype", "source.empty"}
         assert "\n" not in str(error)
         return
-    assert [json.loads(line)["file"] for line in lines(found)]
+    assert [json.loads(line)["file"] for line in json_lines(found)]
     for words in (Words("zh"), Words("en")):
         assert all(defect_line(defect, found.file, words) for defect in found.defects)
 

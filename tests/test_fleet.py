@@ -23,15 +23,13 @@ from conftest import NOTES, Runner, environment
 from fleet_works import Traced, counts, trace
 
 from canalyze.check import policy
-from canalyze.check.examination import Job, examine
+from canalyze.check.examination import Far, Job, examine
 from canalyze.check.policy import Policy
-from canalyze.check.workers import Far
 from canalyze.configuration.network import Known
 from canalyze.fleet import run as runs
 from canalyze.fleet.clusters import Beside, DaskCluster, RayCluster
-from canalyze.fleet.manifest import Manifest, restored, stored
-from canalyze.fleet.sources import Capture, captures
-from canalyze.fleet.task import Work, verdict_of
+from canalyze.fleet.stores import Capture, captures
+from canalyze.fleet.task import Manifest, Work, restored, stored, verdict_of
 from canalyze.running.pool import Executor, Pool
 
 RULES = SAMPLES / "rules"

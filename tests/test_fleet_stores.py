@@ -22,10 +22,9 @@ from conftest import Runner
 from test_fleet import finish, work
 
 from canalyze.errors import ConfigError, SourceError
-from canalyze.fleet import manifest, stores
 from canalyze.fleet import run as runs
-from canalyze.fleet.sources import captures, fetched
-from canalyze.fleet.stores import place
+from canalyze.fleet import stores, task
+from canalyze.fleet.stores import captures, fetched, place
 from canalyze.fleet.task import Piece, do
 from canalyze.running.pool import Ended, Failure
 
@@ -235,7 +234,7 @@ def test_a_task_that_an_engine_repeats_reads_nothing_again(server: Server, tmp_p
     assert again.result == json.loads(json.dumps(first.result))
     assert replace(again, result=None) == replace(first, result=None)
     assert server.gets == [f"/caps/out/_manifest/check/{capture.id}.json"]
-    assert manifest.read_all(place(one.out), "check", [capture.id]) == {capture.id: again}
+    assert task.read_all(place(one.out), "check", [capture.id]) == {capture.id: again}
 
 
 def test_results_are_whole_objects(tmp_path: Path, server: Server) -> None:

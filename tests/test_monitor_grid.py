@@ -12,7 +12,7 @@ from rich.cells import cell_len
 from textual.app import App, ComposeResult
 from textual.geometry import Region
 
-from canalyze.monitor import grid, transfers
+from canalyze.monitor import grid, views
 from canalyze.monitor.app import Monitor
 from canalyze.monitor.grid import STYLES, Column, Grid, Row, cell, draw, fit
 from canalyze.records import SEVERITIES
@@ -244,7 +244,7 @@ def test_nothing_is_asked_any_more_when_all_was_seen() -> None:
 
 def test_buses_have_columns_only_where_there_are_several() -> None:
     for buses, columns in ((False, 9), (True, 10)):
-        assert len(transfers.columns(Words("en"), buses=buses)) == columns
+        assert len(views.transfer_columns(Words("en"), buses=buses)) == columns
 
 
 @pytest.mark.parametrize(

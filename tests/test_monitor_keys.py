@@ -400,20 +400,21 @@ def test_a_node_that_is_lost_is_seen_first(lang: str, silent: str) -> None:
 
 
 def test_states_are_unknown_while_the_bus_is_away() -> None:
-    from canalyze.monitor import nodes
+    from canalyze.monitor import views
 
     watch = replayed(FAULTY, "en")
     snapshot, words = watch.snapshot(), Words("en")
     bus = frozenset([snapshot.nodes[0].bus])
     here, away, other = (
-        nodes.rows(snapshot, words, buses=False, away=away)[0] for away in (frozenset[str](), bus, frozenset(["can7"]))
+        views.node_rows(snapshot, words, buses=False, away=away)[0]
+        for away in (frozenset[str](), bus, frozenset(["can7"]))
     )
     assert here.cells[2] == other.cells[2] == (("Pre-operational", "warning"),)
     assert away.cells[2] == (("unknown", "warning"),) and "last state: Pre-operational" in away.whole
 
 
 def test_objects_that_have_stopped_are_dim_and_show_their_age() -> None:
-    from canalyze.monitor import objects
+    from canalyze.monitor import views
 
     snapshot, words = replayed(FAULTY, "en").snapshot(), Words("en")
     one = replace(snapshot.objects[0], period_ns=100_000_000, jitter_ns=1_000_000, severity=None)
@@ -421,7 +422,7 @@ def test_objects_that_have_stopped_are_dim_and_show_their_age() -> None:
     def row(age_ns: int, **more: Any) -> Any:
         last = replace(one, last_ns=5_000_000_000, **more)
         shown = replace(snapshot, objects=(last,), now_ns=5_000_000_000 + age_ns)
-        return objects.rows(shown, words, buses=False, width=140)[0]
+        return views.object_rows(shown, words, buses=False, width=140)[0]
 
     fresh, old = row(300_000_000), row(2_500_000_000)
     assert fresh.cells[3] == (("100ms", ""),) and fresh.cells[0][0][1] == "strong"
@@ -484,8 +485,8 @@ def test_the_last_emergency_is_shown_after_it_is_over() -> None:
 
 @pytest.mark.parametrize(("lang", "said"), [("zh", "启动(Boot-up)"), ("en", "Pre-operational (boot-up)")])
 def test_a_node_that_has_only_booted_is_not_said_to_be_initialising(lang: str, said: str, tmp_path: Path) -> None:
-    from canalyze.monitor import nodes
+    from canalyze.monitor import views
 
     (tmp_path / "boot.log").write_text("(1700000000.000000) can0 705#00\n")
-    row = nodes.rows(replayed(tmp_path / "boot.log", lang).snapshot(), Words(lang), buses=False)[0]
+    row = views.node_rows(replayed(tmp_path / "boot.log", lang).snapshot(), Words(lang), buses=False)[0]
     assert row.cells[2] == ((said, "info"),) and said in row.whole

@@ -20,8 +20,7 @@ from simulated_device import NO_OBJECT, NO_SUB, NODE, READ_ONLY, Device, Held, d
 from canalyze.dictionary import load
 from canalyze.dictionary import read as read_description
 from canalyze.dictionary.against import SEVERITIES, Comparison, compared
-from canalyze.dictionary.model import Dictionary, Entry
-from canalyze.dictionary.values import SIGNED, packed
+from canalyze.dictionary.model import SIGNED, Dictionary, Entry, packed
 from canalyze.words import LANGUAGES, Words
 
 CORPUS = SHARED / "corpus/eds"

@@ -22,8 +22,7 @@ from sdo_reading import read_transfers
 from canalyze._core import DATA_TYPES
 from canalyze.dictionary import contents, read
 from canalyze.dictionary.files import configured, skeleton
-from canalyze.dictionary.model import Dictionary
-from canalyze.dictionary.values import REAL, decoded
+from canalyze.dictionary.model import REAL, Dictionary, decoded
 from canalyze.records import records
 from canalyze.records.inventory import Head, Object
 

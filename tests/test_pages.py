@@ -22,7 +22,6 @@ from page_examples import PAGES, README, ROOT, Block, blocks, invocations
 from canalyze import _core, expectations, pages
 from canalyze.cli import COMMANDS, PARTS, build
 from canalyze.configuration import config
-from canalyze.pages import columns
 from canalyze.words import LANGUAGES
 
 OTHERS = {"--no-deps", "--canalyze-update"}
@@ -236,7 +235,7 @@ def test_every_key_of_expectations_is_on_their_page(lang: str) -> None:
 
 
 def test_every_table_of_columns_is_on_their_page() -> None:
-    assert {*(record["table"] for record in columns.tables()), "wide"} == set(_core.TABLES)
+    assert {*(record["table"] for record in pages.tables()), "wide"} == set(_core.TABLES)
 
 
 def test_every_column_has_a_meaning_in_both_languages() -> None:

@@ -22,7 +22,7 @@ from block_server import BlockServer
 from captures import CanFrame, Row, analyze, log_text, run_canalyze, spaced
 from test_contents import s_records
 
-from canalyze.reports.contents import recognised
+from canalyze.reports.extract import recognised
 
 NODE, BLOCK_NODE, INDEX = 9, 10, 0x2000
 

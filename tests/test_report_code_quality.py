@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from report_verdicts import BINARY, BLOCKS, FINDING, hostile, one
 
 from canalyze.check.verdict import Verdict
-from canalyze.reports import code_quality
+from canalyze.reports import hosts
 from canalyze.words import LANGUAGES, Words
 
 SEVERITIES = ["info", "minor", "major", "critical", "blocker"]
@@ -46,7 +46,7 @@ SCHEMA = {
 
 
 def report(*verdicts: Verdict, lang: str = "en") -> list[Any]:
-    found: list[Any] = json.loads(code_quality.document(verdicts, Words(lang)))
+    found: list[Any] = json.loads(hosts.code_quality(verdicts, Words(lang)))
     jsonschema.validate(found, SCHEMA)
     return found
 

@@ -15,7 +15,7 @@ from canalyze import _core
 from canalyze.check.policy import Policy, judge
 from canalyze.check.verdict import Examined, Verdict
 from canalyze.output import Output
-from canalyze.reports import check_jsonl, check_text, github, junit, sarif
+from canalyze.reports import check, hosts, junit, sarif
 from canalyze.words import Words
 
 EN = Words("en")
@@ -51,13 +51,13 @@ def test_text_folds_them_under_their_cause() -> None:
         def text(self, text: str) -> None:
             written.append(text.rstrip("\n"))
 
-    check_text.show([judged()], Lines.__new__(Lines), EN)
+    check.show([judged()], Lines.__new__(Lines), EN)
     assert written[0] == "a.log, 0 frames: 1 error, 4 consequences"
     assert written[4] == f"    {SAID}" and "SYN008" not in "".join(written[:4])
 
 
 def test_json_lines_have_each() -> None:
-    *found, end = map(json.loads, check_jsonl.lines([judged()]))
+    *found, end = map(json.loads, check.json_lines([judged()]))
     assert [(row["code"], row["because_of"], row["fails"]) for row in found] == [
         ("SDO001", None, True),
         ("SYN008", 7, False),
@@ -68,7 +68,7 @@ def test_json_lines_have_each() -> None:
 
 
 def test_github_has_them_in_the_annotation_of_their_cause() -> None:
-    annotation, of_gap = github.lines([judged()], EN)
+    annotation, of_gap = hosts.github([judged()], EN)
     assert annotation.startswith("::error ") and annotation.endswith(SAID)
     assert of_gap == "a.log: frame 2: 1 consequence: PDO004"
 
@@ -88,5 +88,5 @@ def test_sarif_has_them_as_properties_of_their_cause() -> None:
 
 
 def test_chinese() -> None:
-    (annotation, of_gap) = github.lines([judged()], Words("zh"))
+    (annotation, of_gap) = hosts.github([judged()], Words("zh"))
     assert annotation.endswith("3条后果: PDO004、SYN008 (2)") and of_gap == "a.log: 第2帧: 1条后果: PDO004"

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from report_verdicts import BINARY, BLOCKS, FINDING, hostile, many, one
 
 from canalyze.check.verdict import Verdict
-from canalyze.reports import github
+from canalyze.reports import hosts
 from canalyze.words import LANGUAGES, Words
 
 EN = Words("en")
@@ -50,7 +50,7 @@ def parsed(line: str) -> Command | None:
 
 
 def commands(*verdicts: Verdict, lang: str = "en") -> list[Command]:
-    return [found for line in github.lines(verdicts, Words(lang)) if (found := parsed(line))]
+    return [found for line in hosts.github(verdicts, Words(lang)) if (found := parsed(line))]
 
 
 @pytest.mark.parametrize("lang", LANGUAGES)
@@ -61,7 +61,7 @@ def test_any_line_is_what_it_is_meant_to_be(seeds: range, lang: str) -> None:
 
 
 def as_meant(verdicts: list[Verdict], lang: str) -> None:
-    lines = list(github.lines(verdicts, Words(lang)))
+    lines = list(hosts.github(verdicts, Words(lang)))
     found = [parsed(line) for line in lines]
     counts = Counter(command.name for command in found if command)
     assert set(counts) <= {"error", "warning", "notice"} and all(count <= 10 for count in counts.values())
@@ -83,7 +83,7 @@ def test_a_finding_is_an_annotation() -> None:
 
 def test_the_line_as_it_is_written() -> None:
     bare = replace(FINDING, lines=(), cause_frame=None, message="100% late, a::b", t=None)
-    (line,) = github.lines([Verdict("a,b: 5%.log", (one(bare),))], EN)
+    (line,) = hosts.github([Verdict("a,b: 5%.log", (one(bare),))], EN)
     assert line == ("::error file=a%2Cb%3A 5%25.log,line=9,title=SDO001 toggle-bit::100%25 late, a::b (frame 8)")
 
 
@@ -127,7 +127,7 @@ def test_what_cannot_be_read_and_what_fails_come_first() -> None:
 
 @pytest.mark.parametrize("severity", ["error", "warning", "info"])
 def test_what_github_would_drop_is_in_the_log(severity: Any) -> None:
-    lines = list(github.lines([many(25, severity)], EN))
+    lines = list(hosts.github([many(25, severity)], EN))
     shown = [command for line in lines if (command := parsed(line))]
     plain = [line for line in lines if not parsed(line)]
     name = {"info": "notice"}.get(severity, severity)
@@ -138,15 +138,15 @@ def test_what_github_would_drop_is_in_the_log(severity: Any) -> None:
 
 
 def test_ten_of_a_kind_need_no_closing_line() -> None:
-    assert len(list(github.lines([many(10), many(10, "warning"), many(9, "info")], EN))) == 29
+    assert len(list(hosts.github([many(10), many(10, "warning"), many(9, "info")], EN))) == 29
 
 
 def test_a_name_cannot_become_a_command() -> None:
     evil = "\n::stop-commands::x ##[add-mask]y"
     verdicts = [replace(many(12, file=evil), error=evil), *(Verdict(evil, error=evil) for _ in range(12))]
-    lines = list(github.lines(verdicts, EN))
+    lines = list(hosts.github(verdicts, EN))
     assert {command.name for line in lines if (command := parsed(line))} == {"error", "notice"}
 
 
 def test_nothing_found_is_nothing_said() -> None:
-    assert list(github.lines([], EN)) == list(github.lines([Verdict("a.log")], EN)) == []
+    assert list(hosts.github([], EN)) == list(hosts.github([Verdict("a.log")], EN)) == []

@@ -12,7 +12,7 @@ from report_verdicts import BLOCKS, FINDING, hostile, many, one
 
 from canalyze.check.verdict import Verdict
 from canalyze.output import printable
-from canalyze.reports import markdown
+from canalyze.reports import check
 from canalyze.words import LANGUAGES, Words
 
 EN = Words("en")
@@ -21,7 +21,7 @@ MOST = 65_536
 
 
 def text(*verdicts: Verdict, lang: str = "en") -> str:
-    return "\n".join(markdown.lines(verdicts, Words(lang)))
+    return "\n".join(check.markdown(verdicts, Words(lang)))
 
 
 def tokens(document: str) -> list[Any]:

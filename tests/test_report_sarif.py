@@ -15,7 +15,7 @@ from report_verdicts import BINARY, BLOCKS, FINDING, hostile, many, one
 from canalyze import __version__, _core
 from canalyze.check.verdict import Verdict
 from canalyze.reports import sarif
-from canalyze.reports.uri import file_uri
+from canalyze.reports.sarif import file_uri
 from canalyze.words import LANGUAGES, Words
 
 

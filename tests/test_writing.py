@@ -367,8 +367,8 @@ OPENS: tuple[Callable[[str], bool], ...] = (
 ELSEWHERE = {
     "canalyze/output/writing.py",
     "canalyze/sources/pythoncan.py",
-    "canalyze/fleet/sources.py",
-    "canalyze/running/stored.py",
+    "canalyze/fleet/stores.py",
+    "canalyze/running/beforehand.py",
 }
 """The one way, and copies of inputs in folders that nobody else has."""
 

@@ -1,9 +1,9 @@
-"""Judging as the command line asks for it, for `check` and `fleet`: options, the policy in force, the job.
+"""Judging as the command line asks for it, for `check` and `fleet`: options, the policy in force, the baseline.
 
-Must not: read a capture.
+The baseline is read, and rewritten; its entries that no longer occur are reported. Must not: read a capture.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import click
@@ -11,8 +11,10 @@ import click
 from canalyze.check import baseline, policy
 from canalyze.check.examination import Job
 from canalyze.check.policy import Policy
+from canalyze.check.verdict import Examined
 from canalyze.configuration.options import ANY_PATH, CoreUsageError, configured, option, reading_of, usage
 from canalyze.errors import ConfigError
+from canalyze.output import FileOutput, complain
 from canalyze.sources.file import STDIN
 from canalyze.words import Words
 
@@ -94,3 +96,46 @@ def job_of(given: Mapping[str, Any], held: Policy, words: Words, settings: Mappi
     except ValueError as error:
         raise CoreUsageError(str(error), click.get_current_context()) from error
     return job
+
+
+_STALE: Final = 5
+"""Entries of the baseline that no longer occur and are named."""
+
+
+def updated(held: policy.Policy, examined: Sequence[Examined], words: Words, *, whole: bool) -> baseline.Baseline:
+    """Writes the baseline anew, of what would fail; not where something was not read, since that would be forgotten."""
+    name = held.baseline or ""
+    if not whole:
+        complain(f"canalyze: {words('baseline.kept', name=name)}")
+        return baseline.read(name) if baseline.exists(name) else {}
+    verdicts = [policy.judge(one, held, {}) for one in examined]
+    known = baseline.most(
+        policy.counted(verdict.failures) + policy.problems(policy.failing(held, verdict.incidents))
+        for verdict in verdicts
+    )
+    with FileOutput(name, force=True) as out:
+        out.write(baseline.text(known).encode())
+    complain(f"canalyze: {words('baseline.written', name=name, count=len(known))}")
+    return known
+
+
+def report_stale(held: policy.Policy, known: baseline.Baseline, examined: Sequence[Examined], words: Words) -> None:
+    """Reports which entries of the baseline no longer occur, or not as often."""
+    most = baseline.most(
+        policy.counted(capture.found) + policy.problems(policy.failing(held, capture.incidents)) for capture in examined
+    )
+    judged = [kind for kind in known if isinstance(kind, baseline.Kind) or held.incidents not in (None, "never")]
+    gone = sorted((kind for kind in judged if most.get(kind, 0) < known[kind]), key=lambda kind: kind.order)
+    for kind in gone[:_STALE]:
+        whose = (
+            kind.subject
+            if isinstance(kind, baseline.ProblemKind)
+            else kind.node and words("check.node", node=kind.node)
+        )
+        where = [kind.bus, whose, kind.object]
+        shown = " ".join([kind[0], words("check.then").join(str(part) for part in where if part)]).rstrip()
+        key = "baseline.fewer" if kind in most else "baseline.gone"
+        said = words(key, name=held.baseline, entry=shown, count=most.get(kind, 0), known=known[kind])
+        complain(f"canalyze: {said}")
+    if len(gone) > _STALE:
+        complain(f"canalyze: {words('baseline.more_gone', name=held.baseline, count=len(gone) - _STALE)}")

@@ -23,7 +23,7 @@ from canalyze.configuration.options import (
 )
 from canalyze.errors import ReaderGone
 from canalyze.output import FileOutput, Progress, complain
-from canalyze.reports import check_forms
+from canalyze.reports import check
 from canalyze.running.passes import Pass, capture_command
 from canalyze.sources.file import STDIN, total_size
 from canalyze.sources.names import expanded
@@ -31,12 +31,12 @@ from canalyze.sources.names import expanded
 
 def run(one: Pass) -> int:
     """Examines captures, then judges and reports."""
-    from canalyze.check.workers import complaints, examine_all, in_order
+    from canalyze.check.examination import complaints, examine_all, in_order
 
     words = one.words
     held = held_policy(one.given, words)
     known = known_findings(held, words, update=one.update_baseline)
-    documents = [name for name in check_forms.DOCUMENTS if one.given[name]]
+    documents = [name for name in check.DOCUMENTS if one.given[name]]
     # Reports in files have the times of the capture, whatever a terminal shows.
     time = one.time if documents else clock(one.time, one.form, one.output)
     job = job_of(one.given, held, words, {"time": time})
@@ -56,11 +56,11 @@ def run(one: Pass) -> int:
                 complain(line)
             read = not any(capture.error for capture in examined)
             if one.update_baseline:
-                from canalyze.check.known import updated
+                from canalyze.check.judging import updated
 
                 known = updated(held, examined, words, whole=read and not signal)
             elif known and read and not signal:
-                from canalyze.check.known import report_stale
+                from canalyze.check.judging import report_stale
 
                 report_stale(held, known, examined, words)
             verdicts = [policy.judge(capture, held, known) for capture in examined]
@@ -68,13 +68,13 @@ def run(one: Pass) -> int:
                 if signal:  # half a set would pass for a whole one
                     file.drop()
                 else:
-                    file.write(check_forms.document(name, verdicts, words))
+                    file.write(check.document(name, verdicts, words))
         if signal:
             whole = sum(1 for capture in found if capture is not None and not capture.signal)
             one.note("check.broken_off", count=len(names) - whole)
             out.drop()
         with suppress(ReaderGone):  # a closed pipe does not mean that the check is passed
-            check_forms.write(one.form, verdicts, out, words)
+            check.write(one.form, verdicts, out, words)
     if signal:
         return 128 + signal
     return 2 if not read else 1 if any(verdict.failed for verdict in verdicts) else 0
@@ -82,7 +82,7 @@ def run(one: Pass) -> int:
 
 def _opened(one: Pass, stack: ExitStack) -> dict[str, FileOutput]:
     """Opens the files of documents, by the names of their options."""
-    given = {name: one.given[name] for name in check_forms.DOCUMENTS if one.given[name] is not None}
+    given = {name: one.given[name] for name in check.DOCUMENTS if one.given[name] is not None}
     for name in (name for name, file in given.items() if file == STDIN):
         raise one.usage("check.no_stdout", option=f"--{name.replace('_', '-')}")
     return {name: stack.enter_context(FileOutput(file, force=one.force)) for name, file in given.items()}
@@ -93,7 +93,7 @@ command = capture_command(
     run,
     *JUDGING,
     option("--update-baseline"),
-    form(*check_forms.FORMS),
+    form(*check.FORMS),
     CLOCK,
     COLOR,
     option("--junit", "FILE", usual=0, type=ANY_PATH),

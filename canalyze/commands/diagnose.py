@@ -22,33 +22,31 @@ from canalyze.configuration.options import (
 )
 from canalyze.errors import ReaderGone
 from canalyze.records.problems import Overview, Problem, diagnosed
-from canalyze.reports import diagnosis_text, wording
-from canalyze.reports.diagnosis_chosen import FAIL_ON, check_places, fails, select
-from canalyze.reports.diagnosis_text import Chosen
-from canalyze.running.again import can_write_page, keep_stdin, lines_of, listed, recordings_of, rewind
-from canalyze.running.diagnosing import diagnose, each, write_lines
+from canalyze.reports import diagnosis, wording
+from canalyze.reports.diagnosis import FAIL_ON, Chosen, check_places, fails, select
+from canalyze.running import diagnosing
 from canalyze.running.passes import Pass, capture_command
 from canalyze.sources.file import STDIN
 
 
 def run(one: Pass) -> int:
     """Diagnoses a recording, or several."""
-    one.names = inputs(listed(one.files), one.words)
+    one.names = inputs(diagnosing.listed(one.files), one.words)
     number, html = one.number, one.html
     _check(one)
-    signalled = keep_stdin() if STDIN in one.names and (number is not None or html is not None) else 0
+    signalled = diagnosing.keep_stdin() if STDIN in one.names and (number is not None or html is not None) else 0
     chosen = Chosen(one.node, one.bus, one.since)
     with one.opened(hangs=one.form == "text") as out:
-        found = [one.names] if one.join or one.merge else recordings_of(one)
+        found = [one.names] if one.join or one.merge else diagnosing.recordings_of(one)
         if len(found) > 1:
             if number is not None:
                 raise one.usage("diagnose.one_recording", option="-n", count=len(found))
-            code, read = each(one, found, chosen)
+            code, read = diagnosing.each(one, found, chosen)
             if html is not None and read:
                 _write_page(one, read)
             return code
         one.names = found[0]
-        code, result = diagnose(one)
+        code, result = diagnosing.diagnose(one)
         incidents, whole = diagnosed(result)
         if whole is not None and code < 128:
             check_places(chosen, incidents, whole, one.words)
@@ -59,9 +57,9 @@ def run(one: Pass) -> int:
             raise one.usage(key, number=number, numbers=wording.ranges(numbers, ", "))
         with suppress(ReaderGone):  # a closed pipe, as of `| head`: page and exit code are still wanted
             if one.form == "jsonl":
-                write_lines(result, shown, out)
+                diagnosing.write_lines(result, shown, out)
             elif whole is not None:
-                _show(one, diagnosis_text.of_buses(incidents), diagnosis_text.of_buses(shown), whole, chosen)
+                _show(one, diagnosis.of_buses(incidents), diagnosis.of_buses(shown), whole, chosen)
         if html is not None and whole is not None:
             _write_page(one, [one.names])
         one.end(code, whole is not None)
@@ -75,7 +73,7 @@ def _check(one: Pass) -> None:
     if one.html == STDIN:
         raise one.usage("check.no_stdout", option="--html")
     if one.html is not None:
-        can_write_page(one)
+        diagnosing.can_write_page(one)
     if one.number is not None and one.form != "text":
         raise one.usage("usage.text_only", option="-n")
 
@@ -84,18 +82,18 @@ def _show(one: Pass, incidents: list[Problem], shown: list[Problem], whole: Over
     """Shows all problems that are asked for, or one at length, with the frames around its steps."""
     named = tuple(name for name in one.names if name != STDIN)
     if one.number is None:
-        diagnosis_text.show(shown, whole, one.out, one.words, named, everything=one.everything, chosen=chosen)
+        diagnosis.show(shown, whole, one.out, one.words, named, everything=one.everything, chosen=chosen)
         return
     by_id = {incident.id: incident for incident in incidents}
-    near = diagnosis_text.near(incident for _, incident in diagnosis_text.tree(by_id[one.number], by_id))
-    diagnosis_text.tell(one.number, incidents, whole, lines_of(one, near), one.out, one.words, named)
+    near = diagnosis.near(incident for _, incident in diagnosis.tree(by_id[one.number], by_id))
+    diagnosis.tell(one.number, incidents, whole, diagnosing.lines_of(one, near), one.out, one.words, named)
 
 
 def _write_page(one: Pass, found: list[tuple[str, ...]]) -> None:
     """Writes the page with the captures inside, which are read again."""
     from canalyze.commands import page
 
-    rewind(one)
+    diagnosing.rewind(one)
     pieces = page.pieces(found, one.given, one.stamps, one.words, some=True, problem=one.number)
     page.write(one.html, pieces, force=one.force)
 

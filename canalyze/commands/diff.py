@@ -10,7 +10,7 @@ from typing import Final
 
 from canalyze.configuration.options import ANY_PATH, MERGE, OUTPUT, READING, argument, form, option, usage
 from canalyze.errors import ReaderGone
-from canalyze.running.again import around
+from canalyze.running.diagnosing import around
 from canalyze.running.passes import Pass, pass_command
 from canalyze.sources.file import STDIN
 from canalyze.words import Words

@@ -56,7 +56,7 @@ def _dbc(
     """Writes the PDOs of one description, as the core knows them before a capture."""
     from canalyze import _core
     from canalyze.dictionary import load
-    from canalyze.reports import dbc as report
+    from canalyze.reports import dictionary
 
     for other in (other for other, given in others.items() if given):
         raise usage(words, "usage.exclusive", one="--dbc", other=other)
@@ -67,18 +67,18 @@ def _dbc(
         raise usage(words, "eds.dbc_node")
     pdos = _core.Network(descriptions=[(None, found.node, found.table)]).pdos().encode()
     with open_output(dbc, force=force) as out:
-        report.write(out, words, dbc, pdos, lambda _, __, *at: found.entry(*at))
+        dictionary.write_dbc(out, words, dbc, pdos, lambda _, __, *at: found.entry(*at))
     return 0
 
 
 def _jsonl(out: Output) -> "Callable[[Dictionary], None]":
-    from canalyze.reports.dictionary_jsonl import lines
+    from canalyze.reports.dictionary import json_lines
 
-    return lambda found: out.write("".join(line + "\n" for line in lines(found)).encode())
+    return lambda found: out.write("".join(line + "\n" for line in json_lines(found)).encode())
 
 
 def _text(out: Output, words: Words, every: bool) -> "Callable[[Dictionary], None]":
-    from canalyze.reports.dictionary_text import show
+    from canalyze.reports.dictionary import show
 
     return lambda found: show(found, out, words, every=every)
 

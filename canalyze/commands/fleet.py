@@ -39,7 +39,7 @@ _OF: Final = {row.name: "check" for row in JUDGING} | dict.fromkeys(("tables", "
 
 def run(one: Pass) -> int:
     """Works on every capture that is not done."""
-    from canalyze.fleet import whole
+    from canalyze.fleet import run
     from canalyze.fleet.task import Work
 
     _agree(one)
@@ -56,9 +56,7 @@ def run(one: Pass) -> int:
     with nullcontext() if one.on else tempfile.TemporaryDirectory(prefix="canalyze-fleet-") as scratch:
         known = known_findings(held, words) if action == "check" else {}
         work = Work(action, job, held, known, one.output, tables, one.device_from or "", one.force, scratch)
-        return whole.complete(
-            work, one.sources, whole.How(**{name: one.given[name] for name in whole.How._fields}), words
-        )
+        return run.complete(work, one.sources, run.How(**{name: one.given[name] for name in run.How._fields}), words)
 
 
 def _group(text: str) -> str | None:

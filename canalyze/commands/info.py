@@ -11,7 +11,7 @@ from canalyze.running.run import Run
 
 def run(one: Pass) -> int:
     """Shows each file."""
-    from canalyze.reports.info_text import show
+    from canalyze.reports.summary import show_file
 
     code = shown = ended = 0
     with one.opened() as out:
@@ -32,7 +32,7 @@ def run(one: Pass) -> int:
                 if one.form == "jsonl":
                     out.write(jsonl.line(record, compact=True))
                 else:
-                    show(record, out, one.words, first=not shown)
+                    show_file(record, out, one.words, first=not shown)
                 shown += 1
             if ended > 128:
                 break

@@ -38,10 +38,7 @@ def _serve(folder: str, words: Words) -> None:
     hints = types.ToolAnnotations(read_only_hint=True, open_world_hint=False)
     listed = [
         types.Tool(
-            name=name,
-            description=words(f"mcp_tool.{name}"),
-            input_schema=agents.schema(name, words),
-            annotations=hints,
+            name=name, description=words(f"mcp_tool.{name}"), input_schema=agents.schema(name, words), annotations=hints
         )
         for name in agents.TOOLS
     ]

@@ -4,8 +4,7 @@ import click
 
 from canalyze.configuration import network
 from canalyze.configuration.options import COLOR, FILES, SHORT, TIME, form, option
-from canalyze.running.objects import AT, FORMS, has_object, settings_of
-from canalyze.running.passes import Pass, capture_command
+from canalyze.running.passes import AT, FORMS, Pass, capture_command, has_object, settings_of
 
 
 def run(one: Pass) -> int:
@@ -15,7 +14,7 @@ def run(one: Pass) -> int:
     session = one.session(format=kind, filter=expression, **settings_of(one))
     some = False
     with one.opened() as out:
-        from canalyze.reports.od_text import History, show
+        from canalyze.reports.od import History, show
 
         text = one.form == "text"
         listed = History(out, one.words, live=one.total is None) if one.history and text else None

@@ -3,14 +3,13 @@
 from canalyze.configuration import network
 from canalyze.configuration.descriptions import described
 from canalyze.configuration.options import ANY_PATH, COLOR, SHORT, argument, form, inputs, option
-from canalyze.running.objects import AT, FORMS, read_objects
-from canalyze.running.passes import Pass, capture_command
+from canalyze.running.passes import AT, FORMS, Pass, capture_command, read_objects
 
 
 def run(one: Pass) -> int:
     """Reads the device, then compares."""
     from canalyze.dictionary.against import INFO, compared, device
-    from canalyze.reports import against_text
+    from canalyze.reports import od
 
     one.names = inputs(one.files, one.words)
     found = described(one.description, one.node, one.words)
@@ -21,9 +20,9 @@ def run(one: Pass) -> int:
             one.progress.clear()
             held = compared(found, seen.result, *device(seen.result, found), unseen=one.unseen)
             if one.form == "text":
-                against_text.show(held, found.file, out, one.words)
+                od.show_against(held, found.file, out, one.words)
             else:
-                out.write(against_text.lines(held, found.file, one.words))
+                out.write(od.against_lines(held, found.file, one.words))
             code = max(code, int(any(difference.severity != INFO for difference in held.differences)))
         one.end(code, seen.frames)
     if seen.frames and not seen.some:

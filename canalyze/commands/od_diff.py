@@ -8,8 +8,7 @@ from canalyze.configuration.descriptions import described
 from canalyze.configuration.options import ANY_PATH, COLOR, FILES, SHORT, argument, form, inputs, option
 from canalyze.errors import ReaderGone
 from canalyze.output import Progress
-from canalyze.running.objects import AT, FORMS, read_objects
-from canalyze.running.passes import Pass, capture_command
+from canalyze.running.passes import AT, FORMS, Pass, capture_command, read_objects
 from canalyze.sources.file import total_size
 
 if TYPE_CHECKING:
@@ -21,7 +20,7 @@ def run(one: Pass) -> int:
     """Reads both sides, then compares."""
     from canalyze.dictionary import describes
     from canalyze.dictionary.difference import captured, compare
-    from canalyze.reports import od_diff
+    from canalyze.reports import od
 
     if not one.files:
         raise one.usage("od_diff.none")
@@ -49,10 +48,10 @@ def run(one: Pass) -> int:
             one.note("od.no_pair", a=a, b=b)
         with suppress(ReaderGone):  # a closed pipe does not mean that they are alike
             if one.form == "jsonl":
-                out.write(od_diff.lines(found, (one.names[0], other)))
+                out.write(od.difference_lines(found, (one.names[0], other)))
             else:
-                od_diff.show(found, out, one.words, every=one.every)
-    return code or int(od_diff.count(found) > 0)
+                od.show_differences(found, out, one.words, every=one.every)
+    return code or int(od.differences(found) > 0)
 
 
 def _nodes(text: str) -> tuple[int, int] | None:

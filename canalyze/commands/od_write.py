@@ -8,8 +8,7 @@ from canalyze.configuration.descriptions import carried
 from canalyze.configuration.options import ANY_PATH, OUTPUT, SHORT, configured, known_of, option
 from canalyze.errors import OutputError
 from canalyze.output import Progress, open_output, told
-from canalyze.running.objects import AT, Objects, read_objects
-from canalyze.running.passes import Pass, capture_command
+from canalyze.running.passes import AT, Objects, Pass, capture_command, read_objects
 
 MADE: Final = ("dcf", "concise_dcf", "skeleton")
 """Files of one node, by the names of their options."""
@@ -28,22 +27,22 @@ def run(one: Pass) -> int:
         seen = read_objects(one, "objects" if one.dbc is None else "pdos", read=read, filter=expression)
         one.progress.clear()
         if one.dbc is None:
-            from canalyze.reports import od_files
+            from canalyze.dictionary import files
 
-            of = od_files.of(seen.result, one.node, _description(one, read, seen))
+            of = files.of(seen.result, one.node, _description(one, read, seen))
             for form, out in outs.items():
-                data, said = od_files.made(form, targets[form], of, one.words)
+                data, said = files.made(form, targets[form], of, one.words)
                 out.write(data)
                 for line in said:
                     one.complain(line)
         else:
-            from canalyze.reports import dbc
+            from canalyze.reports import dictionary
 
             def entry(bus: str | None, node: int, index: int, sub: int) -> Any:
                 file = carried(configured().known, known_of(one.given), read, bus, node)
                 return read[file].entry(index, sub) if file else None
 
-            dbc.write(outs["dbc"], one.words, one.dbc, seen.result, entry)
+            dictionary.write_dbc(outs["dbc"], one.words, one.dbc, seen.result, entry)
         for out in outs.values():
             told(seen.code, out, one.words, stream=total is None, some=seen.frames > 0)
             if not seen.frames:

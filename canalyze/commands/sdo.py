@@ -20,7 +20,7 @@ def run(one: Pass) -> int:
     with one.opened() as out:
         table = directory = None
         if one.form == "text":
-            from canalyze.reports.sdo_text import Transfers
+            from canalyze.reports.sdo import Transfers
 
             live = one.total is None
             table = Transfers(one.words, out, live=live, moments=one.time is None, since_start=time == "z")
@@ -45,7 +45,7 @@ def run(one: Pass) -> int:
         if table:
             table.close()
         if directory is not None and one.form != "csv":
-            from canalyze.reports.sdo_text import list_files
+            from canalyze.reports.sdo import list_files
 
             list_files(directory.described(), out, one.words, as_json=one.form == "jsonl")
         one.end(code, session.frames)
@@ -61,11 +61,5 @@ def run(one: Pass) -> int:
 
 
 command = capture_command(
-    "sdo",
-    run,
-    form(*FORMS),
-    CLOCK,
-    COLOR,
-    option("--extract", "DIR", usual=0, type=ANY_PATH),
-    PROBLEM,
+    "sdo", run, form(*FORMS), CLOCK, COLOR, option("--extract", "DIR", usual=0, type=ANY_PATH), PROBLEM
 )

@@ -14,7 +14,7 @@ def run(one: Pass) -> int:
         if one.form == "jsonl":
             out.write(records)
         else:
-            from canalyze.reports.summary_text import show
+            from canalyze.reports.summary import show
 
             show(records, out, one.words, moments=one.time is None)
         return one.end(code, records)

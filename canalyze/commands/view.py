@@ -14,10 +14,9 @@ from click.core import ParameterSource
 from canalyze.configuration.options import BITRATE, FILES, FORCE, PROBLEM, READING, usage
 from canalyze.errors import SourceError
 from canalyze.output import Output
-from canalyze.running.drawing import readable, save, show, write
 from canalyze.running.passes import Pass, pass_command
 from canalyze.running.run import Interrupt
-from canalyze.running.viewing import SUFFIX, VIEWING, ViewingOptions, check, drawn_in
+from canalyze.running.viewing import SUFFIX, VIEWING, ViewingOptions, check, drawn_in, readable, save, show, write
 from canalyze.timeline import TABLES
 from canalyze.words import Words
 
@@ -40,10 +39,7 @@ def run(one: Pass) -> int:
     if name is not None:
         return save(one, session, name)
     # Whatever ends it, and when: the folder goes, and the viewer with it.
-    with (
-        Interrupt() as ended,
-        TemporaryDirectory(prefix="canalyze-", ignore_cleanup_errors=True) as folder,
-    ):
+    with Interrupt() as ended, TemporaryDirectory(prefix="canalyze-", ignore_cleanup_errors=True) as folder:
         path = str(Path(folder) / f"{readable(one.names)}{SUFFIX}")
         code = write(one, session, path, Output(), drawn, ended)
         if ended.signal or session.frames == 0 or code >= 128:

@@ -1,6 +1,8 @@
 """canalyze.toml, CANALYZE_LANG, the user's own file and the global options -> one frozen Config.
 
-The only place that decides the language. It must not print: what is wrong is a ConfigError, worded by who shows it.
+The only place that decides the language. Which tables and keys there are in canalyze.toml, the core knows
+(`settings/`); what reads one is loaded only where there is one. It must not print: what is wrong is a ConfigError,
+worded by who shows it.
 """
 
 import os
@@ -13,6 +15,9 @@ from canalyze.errors import ConfigError
 from canalyze.words import LANGUAGES
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from canalyze import _core
     from canalyze.check.policy import Policy
 
 FILE: Final = "canalyze.toml"
@@ -84,6 +89,49 @@ def read(file: str | None) -> Config:
         return Config()
     from pathlib import Path
 
-    from canalyze.configuration import filed
+    return _filed(Path(FILE if file is None else file))
 
-    return filed.read(Path(FILE if file is None else file))
+
+def _filed(path: "Path") -> Config:
+    """Reads a canalyze.toml and checks every key."""
+    from canalyze import _core
+    from canalyze.configuration import bounded
+
+    said = bounded.checked(path, _core.settings, "config.unreadable")
+    known = network.Known(
+        tuple(
+            network.Description(bus, tuple(nodes), str(path.parent / file)) for bus, nodes, file in said.descriptions
+        ),
+        tuple(
+            network.Cob(bus, network.CanId(*can_id), node, direction, number)
+            for bus, can_id, node, direction, number in said.cobs
+        ),
+        tuple(
+            network.SdoChannel(bus, network.CanId(*client), network.CanId(*server), node)
+            for bus, client, server, node in said.sdos
+        ),
+        said.sync_period_ns,
+        said.sync_window_ns,
+        said.jitter_ns,
+        said.bitrate,
+    )
+    check = None if said.check is None else _policy(said.check, path.parent)
+    return Config(lang=said.lang or "zh", chosen=said.lang is not None, known=known, check=check)
+
+
+def _policy(said: "_core.Check", directory: "Path") -> "Policy":
+    from canalyze.check import policy
+
+    return policy.Policy(
+        said.fail_on,
+        tuple(said.select),
+        tuple(said.ignore),
+        str(directory / said.baseline) if said.baseline else None,
+        tuple(
+            policy.Override(tuple(codes), severity, reason, tuple(files), tuple(nodes), bus, at)
+            for codes, severity, reason, files, nodes, bus, at in said.overrides
+        ),
+        str(directory),
+        tuple(zip(("select", "ignore"), said.at, strict=True)),
+        said.problems or (policy.FORMER[said.incidents] if said.incidents else None),
+    )

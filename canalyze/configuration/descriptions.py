@@ -14,7 +14,7 @@ from canalyze.words import Words
 
 if TYPE_CHECKING:
     from canalyze import _core
-    from canalyze.dictionary.library import Row
+    from canalyze.dictionary import Row
     from canalyze.dictionary.model import Dictionary
 
 Carrier = tuple[str | None, int]
@@ -53,7 +53,7 @@ def network(
 
 def network_rows(filed: Known, given: Known, read: "dict[str, Dictionary] | None" = None) -> dict[str, Any]:
     """Returns the same as plain rows for a core that is elsewhere. Defects of descriptions are not reported."""
-    from canalyze.dictionary.library import arguments
+    from canalyze.dictionary import arguments
 
     known = filed.overruled(given)
     read = {} if read is None else read

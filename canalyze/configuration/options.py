@@ -249,7 +249,7 @@ SHORT: Final = (
 )
 """Options that are short for a condition of --filter; a command may have one of the name with a meaning of its own."""
 PROBLEM: Final = option("--problem filter_problem", "N", positive, "positive", key="opt.problem", topic="chosen")
-"""The number of a problem, from which `running.chosen` makes a condition; for a command that reads one capture."""
+"""The number of a problem, from which `running.beforehand` makes a condition; for a command that reads one capture."""
 SELECT: Final = option("--select", "GLOBS", key="signals.select", topic="chosen", usual=3)
 STAMPS: Final = option(
     "--stamps", choices=("auto", "absolute", "zero", "delta"), default="auto", key="opt.stamps", topic="time"
@@ -285,10 +285,7 @@ THREADS: Final = option("--threads", "N", positive, "positive", key="opt.threads
 READING: Final = (FILTER, *SHORT, STAMPS, INPUT_FORMAT, MERGE, THREADS, *TOPICS, *NETWORK)
 """Options for reading captures, for all commands."""
 FORCE: Final = option("--force", key="opt.force", topic="output", usual=11)
-OUTPUT: Final = (
-    option("-o --output", "FILE", key="opt.output", topic="output", usual=7, type=ANY_PATH),
-    FORCE,
-)
+OUTPUT: Final = (option("-o --output", "FILE", key="opt.output", topic="output", usual=7, type=ANY_PATH), FORCE)
 CAPTURE: Final = (FILES, *READING, option("--eds-from-traffic", key="stored.option", topic="network"), *OUTPUT)
 """Rows of every command that reads captures."""
 BITRATE: Final = option("--bitrate", "BPS", network.bit_rate, "bit_rate", key="opt.bitrate", topic="network", usual=5)

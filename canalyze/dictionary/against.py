@@ -9,8 +9,20 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Final, NamedTuple
 
 from canalyze import _core
-from canalyze.dictionary.model import ARRAY, RECORD, Address, Dictionary, Entry, NodeOffset, Value
-from canalyze.dictionary.values import BYTES, NAMES, comparable, decoded, packed
+from canalyze.dictionary.model import (
+    ARRAY,
+    BYTES,
+    NAMES,
+    RECORD,
+    Address,
+    Dictionary,
+    Entry,
+    NodeOffset,
+    Value,
+    comparable,
+    decoded,
+    packed,
+)
 from canalyze.errors import SourceError
 from canalyze.records import records
 from canalyze.records.inventory import Head, Object, Pdo
@@ -337,12 +349,7 @@ def _mapped(words: Mapping[int, int], count: int) -> str:
 
 
 def _length(
-    pdo: _core.Pdo,
-    node: int,
-    seen: Mapping[Address, Object],
-    by_id: Mapping[tuple[int, bool], Pdo],
-    *,
-    booted: bool,
+    pdo: _core.Pdo, node: int, seen: Mapping[Address, Object], by_id: Mapping[tuple[int, bool], Pdo], *, booted: bool
 ) -> Iterator[Difference]:
     """Compares the length of a PDO with the file's mapping, unless the traffic shows a mapping.
 

@@ -9,8 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any, Final, Literal, NamedTuple
 
-from canalyze.dictionary.model import Address, Dictionary, Entry
-from canalyze.dictionary.values import CODES, comparable, packed
+from canalyze.dictionary.model import CODES, Address, Dictionary, Entry, comparable, packed
 from canalyze.records import records
 from canalyze.records.inventory import Head, Object
 

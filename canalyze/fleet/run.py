@@ -1,22 +1,97 @@
-"""Runs all captures through an executor: a few per worker at a time, repeated if a worker was lost.
+"""The whole of a run: what is left to be done of its sources, the work, the reports, and the exit code.
 
-A capture that fails three times is quarantined: its manifest records that, and the others continue. Must not: know
-where the work is done, or print.
+All captures go through an executor: a few per worker at a time, repeated if a worker was lost. A capture that fails
+three times is quarantined: its manifest records that, and the others continue. Must not: know where the work is done,
+or what is done with a capture.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack
+from functools import partial
 from itertools import islice
-from typing import Final
+from time import monotonic
+from typing import Any, Final, NamedTuple
 
 from canalyze import __version__
 from canalyze.errors import CanalyzeError, ConfigError, OutputError, SourceError
-from canalyze.fleet import manifest
-from canalyze.fleet.manifest import Manifest
-from canalyze.fleet.sources import Capture, content
-from canalyze.fleet.stores import place
-from canalyze.fleet.task import Piece, Work
-from canalyze.running.pool import Executor, Failure
+from canalyze.fleet import stores, task
+from canalyze.fleet.stores import Capture, Place, content, place
+from canalyze.fleet.task import Action, Manifest, Piece, Work, do, problems_of, records_of, verdict_of
+from canalyze.output import Output, Progress, complain, open_output
+from canalyze.output import jsonl as json_lines
+from canalyze.records import of_rows
+from canalyze.records.problems import KEYS
+from canalyze.records.summary import KINDS
+from canalyze.reports import check, diagnosis, fleet, junit
+from canalyze.running.pool import Executor, Failure, Pool, processors
+from canalyze.running.run import Interrupt
 from canalyze.words import Words
+
+
+class _Kept(Output):
+    """An output that keeps its data in memory."""
+
+    def __init__(self) -> None:
+        self.is_terminal = False
+        self.is_quiet = True
+        self.data = bytearray()
+
+    def write(self, data: bytes) -> None:
+        self.data += data
+
+
+def show(action: Action, done: Sequence[Manifest], out: Output, words: Words, *, whole: bool) -> None:
+    """Writes the text report. whole: for check with the findings of each capture, not only the totals."""
+    if action == "check":
+        check.show([verdict_of(action, one) for one in done], out, words, totals=not whole)
+    elif action == "diagnose":
+        rows = [row for one in done if (row := problems_of(one))]
+        fleet.show_problems(rows, out, words)
+        if whole:
+            out.text("\n")
+        diagnosis.show_each(
+            rows, out, words, diagnosis.Chosen(None, None, None), unread=len(done) - len(rows), totals=not whole
+        )
+    elif action == "export":
+        fleet.show_tables([(one.result or {}).get("rows", {}) for one in done], out, words)
+    else:
+        fleet.show([(one.capture, one.error, of_rows(records_of(one), *KINDS)) for one in done], out, words)
+    fleet.show_failed([(one.capture, one.error or "", one.attempts) for one in done if one.failed], out, words)
+
+
+def write(action: Action, done: Sequence[Manifest], place: Place, name: str, words: Words, *, html: bool) -> list[str]:
+    """Writes all reports under a name; returns their names."""
+    verdicts = [verdict_of(action, one) for one in done]
+    text = _Kept()
+    show(action, done, text, words, whole=True)
+    lines = check.json_lines(verdicts) if action == "check" else _records(action, done)
+    reports = {
+        "txt": bytes(text.data),
+        "jsonl": "".join(f"{line}\n" for line in lines).encode("utf-8", "backslashreplace"),
+        "xml": junit.document(verdicts, words),
+    }
+    if html:
+        from canalyze.reports import fleet
+
+        reports["html"] = fleet.page([(verdict_of(action, one), one.findings) for one in done], words)
+    for form, data in reports.items():
+        place.put(f"{name}.{form}", data)
+    return [f"{name}.{form}" for form in reports]
+
+
+def _records(action: Action, done: Iterable[Manifest]) -> Iterable[str]:
+    """Yields the records of summaries, problems and exports, each with its capture, and the reasons of failures."""
+    for one in done:
+        if action == "export" and one.result:
+            yield json_lines.text({"capture": one.capture, "kind": "export", **one.result}, compact=True)
+        for problem in (one.result or {}).get("problems", ()) if action == "diagnose" else ():
+            yield json_lines.text({"capture": one.capture, **{key: problem[key] for key in KEYS}}, compact=True)
+        for record in records_of(one) if action == "summary" else ():
+            yield json_lines.text({"capture": one.capture, **record}, compact=True)
+        if one.failed:
+            row = {"capture": one.capture, "kind": "failed", "reason": one.failed, "error": one.error}
+            yield json_lines.text(row, compact=True)
+
 
 ATTEMPTS: Final = 3
 """Maximum number of attempts per capture."""
@@ -34,7 +109,7 @@ def standing(work: Work, captures: Iterable[Capture], *, retry: bool) -> dict[st
     if work.force:
         return {}
     by_id = {one.id: one for one in captures}
-    there = manifest.read_all(place(work.out), work.action, list(by_id))
+    there = task.read_all(place(work.out), work.action, list(by_id))
     again = (*_OTHERS, "unreadable", "died", "time", "memory") if retry else _OTHERS
     return {
         number: one
@@ -90,5 +165,77 @@ def _quarantined(work: Work, piece: Piece, failure: Failure) -> Manifest:
         0.0,
         None,
     )
-    manifest.write(place(work.out), work.action, done)
+    task.keep(place(work.out), work.action, done)
     return done
+
+
+class How(NamedTuple):
+    """The way the work is done, by the names of options."""
+
+    on: tuple[str, str | None] | None
+    """An engine and its address; None: processes of this machine."""
+    workers: int | None
+    seconds: int | None
+    """The longest that a capture may take."""
+    megabytes: int | None
+    """The most memory that it may need."""
+    shard: tuple[int, int] | None
+    """The part of the captures, and the number of parts."""
+    retry: bool
+    html: bool
+    color: str
+
+
+def complete(work: Work, sources: Sequence[str], how: How, words: Words) -> int:
+    """Works on every capture that is not done, and reports on all of them; returns the exit code."""
+    shard = how.shard
+    every = stores.captures(sources, work.out, beside=work.beside)
+    captures = [one for one in every if shard is None or one.in_shard(*shard)]
+    done = standing(work, captures, retry=how.retry)
+    todo = [one for one in captures if one.id not in done]
+    with ExitStack() as stack:
+        out = stack.enter_context(open_output(None, color=how.color))
+        progress = Progress(words, out, None, until_output=True)
+        interrupt = stack.enter_context(Interrupt())
+        if todo:
+            executor = _executor(how, work, min(how.workers or processors(), len(todo)), interrupt)
+            stack.callback(executor.close)
+            began = monotonic()
+            for count, one in enumerate(run(executor, work, todo), 1):
+                done[one.id] = one
+                progress.show(partial(_far, count, len(todo), monotonic() - began, words))
+                if interrupt.signal:
+                    break
+            progress.clear()
+    if interrupt.signal:
+        # a worker may have left a manifest and come no further
+        done |= standing(work, [one for one in todo if one.id not in done], retry=how.retry)
+        complain(f"canalyze: {words('fleet.broken_off', done=len(done), files=len(captures))}")
+        return 128 + interrupt.signal
+    manifests = [done[one.id] for one in captures]
+    name = work.action if shard is None else f"{work.action}-{shard[0]}-of-{shard[1]}"
+    reports = write(work.action, manifests, place(work.out), name, words, html=how.html)
+    show(work.action, manifests, out, words, whole=False)
+    said = words("fleet.done", files=len(captures), before=len(captures) - len(todo))
+    out.text(said + words("fleet.reports", where=work.out, names=words("fleet.then").join(reports)) + "\n")
+    if any(one.failed for one in manifests):
+        return 3
+    return 1 if work.action == "check" and any(one.findings for one in manifests) else 0
+
+
+def _executor(how: How, work: Work, width: int, interrupt: Interrupt) -> Any:
+    """Returns what does the work: processes of this machine, or an engine."""
+    one = partial(do, work)
+    if how.on is None:
+        return Pool(one, width, seconds=how.seconds, megabytes=how.megabytes, during=interrupt.during)
+    from canalyze.fleet.clusters import ENGINES, Beside
+
+    name, address = how.on
+    return ENGINES[name](Beside(one, how.seconds, how.megabytes), address, width, interrupt.during)
+
+
+def _far(count: int, total: int, seconds: float, words: Words) -> str:
+    rate = count / max(seconds, 1e-3)
+    left = round((total - count) / rate)
+    clock = f"{left // 3600}:{left // 60 % 60:02}:{left % 60:02}"
+    return words("fleet.progress", done=count, total=total, rate=f"{rate:.1f}", left=clock)

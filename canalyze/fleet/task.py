@@ -1,40 +1,131 @@
 """One capture -> its manifest: the work of a worker, on any machine. All its arguments can be pickled.
 
-Finished work is not repeated, even if an engine runs a task twice. Must not: retry, or print.
+Finished work is not repeated, even if an engine runs a task twice. The manifest is the record of a finished capture:
+one JSON object, beside the results. It is written last and atomically, so a capture is done if its manifest says so,
+however the run ended. A verdict is stored as JSON and restored for reports. Must not: retry, or print.
 """
 
 import dataclasses
 import hashlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from time import monotonic
 from typing import Any, Final, Literal, NamedTuple
 
+from msgspec import convert, to_builtins
 from msgspec.structs import replace
 
 from canalyze import __version__
 from canalyze.check import policy
 from canalyze.check.baseline import Baseline
-from canalyze.check.examination import Job, Read, examine, read
+from canalyze.check.examination import Far, Job, Read, examine, read
 from canalyze.check.policy import Policy
-from canalyze.check.verdict import Verdict
-from canalyze.check.workers import Far
+from canalyze.check.verdict import Counted, Verdict
 from canalyze.configuration.descriptions import carriers
 from canalyze.configuration.options import known_of
 from canalyze.errors import SourceError
-from canalyze.fleet import manifest
-from canalyze.fleet.manifest import Manifest
-from canalyze.fleet.sources import Capture, content, fetched, stamp
-from canalyze.fleet.stores import place
+from canalyze.fleet.stores import Capture, Place, content, fetched, place, stamp
 from canalyze.records import of_rows
 from canalyze.records.problems import KEYS, Problem
-from canalyze.reports.diagnosis_text import Diagnosed
+from canalyze.reports.diagnosis import Diagnosed
 from canalyze.running.pool import Tell
 from canalyze.sources.names import unpacked
+
+_FINDINGS: Final = ("failures", "others", "consequences")
+
+
+def stored(verdict: Verdict) -> dict[str, Any]:
+    """Returns a verdict for `json`. Only the first finding of each kind keeps its context lines."""
+    lists: dict[str, Any] = {name: tuple(map(_bare, getattr(verdict, name))) for name in _FINDINGS}
+    made: dict[str, Any] = to_builtins(replace(verdict, **lists), str_keys=True)
+    return made
+
+
+def _bare(one: Counted) -> Counted:
+    shown = (one.shown[0], *(replace(other, lines=()) for other in one.shown[1:]))
+    return replace(one, shown=shown, consequences=tuple(map(_bare, one.consequences)))
+
+
+def restored(row: dict[str, Any]) -> Verdict:
+    """Restores a verdict. Raises ValueError for other data."""
+    return convert(row, Verdict, str_keys=True)
+
+
+_FOLDER: Final = "_manifest"
+_AT_ONCE: Final = 16
+"""Number of manifests read concurrently, because stores have a high latency."""
+
+Reason = Literal["unreadable", "fetch", "died", "time", "memory", "raised"]
+"""Reasons for an incomplete result: the capture is damaged or none, it could not be fetched, or the worker failed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Manifest:
+    """The record of one capture."""
+
+    capture: str
+    """Its name."""
+    id: str
+    """The name of its objects, see `Capture.id`."""
+    content: str
+    """Its content: hashes of a file, or ETag and size."""
+    stamp: str
+    """Size, times and inode of a file, to recognize it without reading; in a store the same as `content`."""
+    version: str
+    """The program's."""
+    settings: str
+    """Hash of all options, of the configuration, and of the files that they name."""
+    failed: Reason | None
+    """None if all of it was read."""
+    error: str | None
+    """The reason in words."""
+    attempts: int
+    frames: int
+    findings: int
+    """Number of findings; for check, of those that fail it."""
+    seconds: float
+    """The duration of the work."""
+    result: Any
+    """The result, as JSON."""
+
+    def holds(self, version: str, settings: str) -> bool:
+        """Returns true if the work would be the same now, for the same capture."""
+        return (self.version, self.settings) == (version, settings)
+
+
+def name_of(action: str, number: str) -> str:
+    """Returns the name of the object."""
+    return f"{_FOLDER}/{action}/{number}.json"
+
+
+def kept(place: Place, action: str, number: str) -> Manifest | None:
+    """Returns the manifest of a capture; None if there is no valid one."""
+    data = place.get(name_of(action, number))
+    try:
+        row = json.loads(data or b"")
+        return Manifest(**{field.name: row[field.name] for field in fields(Manifest)})
+    except (ValueError, TypeError, LookupError):
+        return None
+
+
+def read_all(place: Place, action: str, numbers: Sequence[str]) -> dict[str, Manifest]:
+    """Returns the manifests of captures that have one."""
+    there = {name.removesuffix(".json") for name in place.names(f"{_FOLDER}/{action}")}
+    wanted = [number for number in numbers if number in there]
+    with ThreadPoolExecutor(_AT_ONCE) as threads:
+        found = threads.map(lambda number: kept(place, action, number), wanted)
+        return {one.id: one for one in found if one is not None}
+
+
+def keep(place: Place, action: str, manifest: Manifest) -> None:
+    """Writes a manifest atomically."""
+    place.put(name_of(action, manifest.id), json.dumps(asdict(manifest), separators=(",", ":")).encode())
+
 
 Action = Literal["check", "diagnose", "summary", "export"]
 
@@ -104,7 +195,7 @@ def do(work: Work, piece: Piece, tell: Tell) -> Manifest:
     """
     began = monotonic()
     capture, to = piece.capture, place(work.out)
-    last = before = manifest.read(to, work.action, capture.id)
+    last = before = kept(to, work.action, capture.id)
     if before is not None and (work.force or before.failed or not before.holds(__version__, work.settings)):
         before = None
     now = tag = capture.stamp
@@ -114,7 +205,7 @@ def do(work: Work, piece: Piece, tell: Tell) -> Manifest:
     if before is not None and tag and before.content == tag:
         if before.stamp != now:
             before = dataclasses.replace(before, stamp=now)
-            manifest.write(to, work.action, before)
+            keep(to, work.action, before)
         return before
     with fetched(capture, work.scratch) if capture.store else nullcontext((capture.path, tag)) as (path, came):
         found = _ACTIONS[work.action](work, path, capture, tell)
@@ -133,7 +224,7 @@ def do(work: Work, piece: Piece, tell: Tell) -> Manifest:
         round(monotonic() - began, 3),
         found.stored,
     )
-    manifest.write(to, work.action, done)
+    keep(to, work.action, done)
     if last is not None and work.action == "export":
         for name in set(files_of(last)) - set(files_of(done)):
             to.remove(name)
@@ -147,7 +238,7 @@ def _check(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
         raise SystemExit(128 + examined.signal)
     verdict = policy.judge(examined, work.policy, work.known)
     findings = sum(one.count for one in verdict.failures) + len(verdict.problems)
-    return Result(verdict.error, verdict.frames, findings, manifest.stored(verdict))
+    return Result(verdict.error, verdict.frames, findings, stored(verdict))
 
 
 def _records(work: Work, path: str, capture: Capture, tell: Tell, form: str) -> tuple[Read, list[Any]]:
@@ -200,10 +291,7 @@ def _export(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
         files = [file.relative_to(folder).as_posix() for file in written.files]
     rows = dict(written.rows)
     return Result(
-        done.error,
-        done.session.frames,
-        rows.get("findings", 0),
-        {"files": files, "rows": rows, "bytes": written.size},
+        done.error, done.session.frames, rows.get("findings", 0), {"files": files, "rows": rows, "bytes": written.size}
     )
 
 
@@ -223,7 +311,7 @@ _ACTIONS: Final = {"check": _check, "diagnose": _diagnose, "summary": _summary, 
 def verdict_of(action: Action, done: Manifest) -> Verdict:
     """Returns the result of a capture as a verdict for reports."""
     if action == "check" and done.result is not None:
-        return manifest.restored({**done.result, "file": done.capture})
+        return restored({**done.result, "file": done.capture})
     return Verdict(done.capture, error=done.error, frames=done.frames, seconds=done.seconds)
 
 

@@ -124,8 +124,7 @@ def open(  # noqa: A001  canalyze.open, as tarfile.open
     of a kind or a value that cannot be. Damage and lines that cannot be read are no error but `Capture.complaints`.
     """
     from canalyze.library.capture import Capture
-    from canalyze.library.inputs import inputs
-    from canalyze.library.plan import plan
+    from canalyze.library.plan import inputs, plan
 
     given = Options(
         eds=eds,

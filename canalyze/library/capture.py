@@ -17,11 +17,8 @@ from msgspec import Struct
 
 from canalyze.library.columns import Table, html_table
 from canalyze.library.former import renamed, table
-from canalyze.library.inputs import Input
-from canalyze.library.node import Nodes
-from canalyze.library.plan import Plan, shown_as
-from canalyze.library.problem import Problems
-from canalyze.library.rows import Events, Findings, Frames, Transfers, one_of
+from canalyze.library.plan import Input, Plan, shown_as
+from canalyze.library.rows import Events, Findings, Frames, Nodes, Problems, Transfers, one_of
 from canalyze.library.series import Signals
 from canalyze.library.stream import Silent
 from canalyze.records import SEVERITIES, Severity, records
@@ -153,7 +150,7 @@ class Capture:
 
         None: the open roots, the most important first.
         """
-        from canalyze.reports.diagnosis_text import stories
+        from canalyze.reports.diagnosis import stories
 
         asked = self.problems.roots.open if problems is None else problems
         found, _ = self.diagnosed

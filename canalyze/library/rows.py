@@ -1,22 +1,29 @@
-"""Contents of a capture as lists that do not change: SDO transfers and findings, with small finders.
+"""Contents of a capture as lists that do not change, with small finders: SDO transfers, findings, problems, nodes.
 
 A finder gives a list of the same kind. It must not read: what is in a list was read before.
 """
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self, TypeAlias, TypeVar, overload
 
+from msgspec.structs import replace
+
 from canalyze.configuration import network
 from canalyze.library.columns import Tabular, columns, table_of
+from canalyze.library.former import renamed
 from canalyze.records import SEVERITIES, Severity
 from canalyze.records.findings import Finding
 from canalyze.records.frames import Event, Frame
+from canalyze.records.problems import FORMER_STATUSES, STATUSES, Problem, Status
+from canalyze.records.summary import Node
 from canalyze.records.transfers import Transfer
 
 if TYPE_CHECKING:
     import pyarrow
+    from canopen import ObjectDictionary
 
 T = TypeVar("T")
 ObjectLike: TypeAlias = str | int | tuple[int, int]
@@ -259,3 +266,149 @@ def one_of(name: str, value: str | None, choices: Sequence[str]) -> None:
     """Raises ValueError for a word that is none of the choices."""
     if value is not None and value not in choices:
         raise ValueError(f"{name}={value!r}: one of {', '.join(choices)}")
+
+
+class Problems(Rows[Problem]):
+    """Problems of a capture, in the order of their numbers; `roots` have no known cause."""
+
+    _what = "problems"
+    _table = "problems"
+    _row_type = Problem
+    _values: ClassVar = {
+        "problem": attrgetter("kind"),
+        "begin_frame": lambda one: one.begin.frame,
+        "t_ns": lambda one: one.begin.t_ns,
+        "noticed_frame": lambda one: one.noticed.frame,
+        "noticed_t_ns": lambda one: one.noticed.t_ns,
+        "end_frame": lambda one: one.end and one.end.frame,
+        "end_t_ns": lambda one: one.end and one.end.t_ns,
+        "root": attrgetter("is_root"),
+        "cause": lambda one: one.cause and one.cause.id,
+        "cause_link": lambda one: one.cause and one.cause.link,
+        "cause_grade": lambda one: one.cause and one.cause.grade,
+        "subject": None,
+        "checks": None,
+        "facts": None,
+    }
+    _first = ("id", "problem", "status", "node", "begin_frame", "t_ns", "cause", "message")
+
+    def __init__(self, rows: Iterable[Problem], order: Iterable[int] = ()) -> None:
+        """Creates a list. order: the numbers of the roots as they are read, the most important first."""
+        super().__init__(rows)
+        self._order = tuple(order)
+
+    def _one(self, row: Problem) -> str:
+        return f"{row.message} ({row.status}, frame {row.begin.frame})"
+
+    @property
+    def roots(self) -> Self:
+        """The problems that nothing else has caused, the most important first."""
+        place = {number: place for place, number in enumerate(self._order)}
+        return type(self)(sorted((one for one in self if one.is_root), key=lambda one: place.get(one.id, one.id)))
+
+    @property
+    def open(self) -> Self:
+        """The problems that have not ended, roots and their consequences."""
+        return self._only(lambda one: one.status == "open")
+
+    standing = renamed("standing", "open")
+
+    def of(
+        self,
+        *,
+        node: int | None = None,
+        bus: str | None = None,
+        kind: str | None = None,
+        status: Status | Literal["stands", "over"] | None = None,
+    ) -> Self:
+        """Returns those of a node, bus, kind or status. ValueError for an unknown status.
+
+        The former names of statuses, stands and over, are accepted for a release.
+        """
+        status = FORMER_STATUSES.get(status or "", status)
+        one_of("status", status, STATUSES)
+        return self._only(
+            lambda one: (
+                (node is None or node in one.nodes)
+                and (bus is None or one.bus == bus)
+                and (kind is None or one.kind == kind)
+                and (status is None or one.status == status)
+            )
+        )
+
+    def by_id(self, number: int) -> Problem:
+        """Returns the problem of this number; KeyError if there is none."""
+        found = next((one for one in self if one.id == number), None)
+        if found is None:
+            raise KeyError(number)
+        return found
+
+    def cause_of(self, one: Problem) -> Problem | None:
+        """Returns the problem that caused one; None if none is known."""
+        return None if one.cause is None else self.by_id(one.cause.id)
+
+    def effects_of(self, one: Problem) -> Self:
+        """Returns the problems that one has caused."""
+        return self._only(lambda other: other.id in one.effects)
+
+
+Dictionaries: TypeAlias = "Callable[[str | None, int], ObjectDictionary | None]"
+
+
+def _part(name: str, part: str, one: Node) -> float | None:
+    spread = getattr(one, name)
+    return None if spread is None else getattr(spread, part)
+
+
+class _Listed(Rows[Node]):
+    """Nodes as a table."""
+
+    _what = "nodes"
+    _table = "nodes"
+    _row_type = Node
+    _values: ClassVar = {
+        f"{name}_{part}_us": partial(_part, name, f"{part}_us")
+        for name in ("heartbeat", "response")
+        for part in ("mean", "max")
+    }
+    _first = ("bus", "node", "name", "state", "frames", "transfers", "aborted", "emcy_count")
+
+
+class Nodes(Tabular):
+    """The nodes of a capture by bus and node-ID: `nodes[5]`, or `nodes["can1", 5]` where several buses have it."""
+
+    def __init__(self, nodes: Iterable[Node], dictionary: "Dictionaries | None" = None) -> None:
+        """Creates a list, in the order of buses and node-IDs. dictionary: returns the description of a node."""
+        self._nodes = tuple(replace(one, _dictionary=dictionary) if dictionary else one for one in nodes)
+
+    def arrow(self) -> "pyarrow.Table":
+        """Returns it as a `pyarrow.Table`; `canalyze.columns` lists the columns. CanalyzeError without pyarrow."""
+        return _Listed(self._nodes).arrow()
+
+    def _shown(self) -> tuple[Sequence[str], Iterable[Sequence[object]], int, str]:
+        return _Listed(self._nodes)._shown()
+
+    def __getitem__(self, key: int | tuple[str, int]) -> Node:
+        """Returns the node; KeyError, with the nodes of the capture, if it is not there or on several buses."""
+        bus, number = key if isinstance(key, tuple) else (None, key)
+        found = [one for one in self._nodes if one.node == number and bus in (None, one.bus)]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            buses = ", ".join(f'["{one.bus}", {number}]' for one in found)
+            raise KeyError(f"node {number} is on several buses: {buses}")
+        there = ", ".join(str(one.node) for one in self._nodes) or "none"
+        raise KeyError(f"no node {key!r}; nodes: {there}")
+
+    def __contains__(self, key: object) -> bool:
+        return any(key in (one.node, (one.bus, one.node)) for one in self._nodes)
+
+    def __iter__(self) -> Iterator[Node]:
+        return iter(self._nodes)
+
+    def __len__(self) -> int:
+        return len(self._nodes)
+
+    def __repr__(self) -> str:
+        shown = ", ".join(f"{one.node} {one.state or '?'}" for one in self._nodes)
+        return f"<{len(self)} nodes: {shown}>"

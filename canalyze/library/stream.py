@@ -22,7 +22,7 @@ from canalyze.errors import SourceError
 from canalyze.library import Known
 from canalyze.library.former import renamed
 from canalyze.library.plan import Plan, plan
-from canalyze.library.problem import Problems
+from canalyze.library.rows import Problems
 from canalyze.records.frames import Event, events
 from canalyze.records.problems import Overview, Problem
 from canalyze.running.reading import Reading

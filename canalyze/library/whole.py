@@ -12,8 +12,7 @@ from canalyze.library import Descriptions, Options, Source, StrPath
 from canalyze.library import open as open_
 from canalyze.library.capture import Capture
 from canalyze.library.columns import html_table
-from canalyze.library.problem import Problems
-from canalyze.library.rows import ObjectLike, address, one_of
+from canalyze.library.rows import ObjectLike, Problems, address, one_of
 from canalyze.output import Output
 from canalyze.records.frames import Frame
 from canalyze.records.problems import Problem
@@ -201,7 +200,7 @@ def diff(
 
 def summary(source: "Source | Capture", **options: Unpack[Options]) -> Summary:
     """Returns a capture in figures; a capture of `open`, or a source of `open` with its options."""
-    from canalyze.reports.summary_text import show
+    from canalyze.reports.summary import show
     from canalyze.words import Words
 
     capture = _capture(source, options)
@@ -216,7 +215,7 @@ def diagnose(source: "Source | Capture", **options: Unpack[Options]) -> Diagnosi
 
     `capture.html()` is the same as a page.
     """
-    from canalyze.reports.diagnosis_text import Chosen, of_buses, show
+    from canalyze.reports.diagnosis import Chosen, of_buses, show
     from canalyze.words import Words
 
     capture = _capture(source, options)
@@ -280,7 +279,7 @@ def od(source: "Source | Capture", *, at: float | None = None, **options: Unpack
 
     source, options: as for `diagnose`. at: the values so many seconds from its begin; those at its end otherwise.
     """
-    from canalyze.reports.od_text import show
+    from canalyze.reports.od import show
     from canalyze.words import Words
 
     if at is not None and (isinstance(at, bool) or not isinstance(at, int | float) or not 0 <= at < 1e12):

@@ -3,10 +3,10 @@
 watch.py      the thread that reads, and its state
 app.py        the application: the layout of the views, actions of keys, the refresh of the screen
 grid.py       a table whose cells are updated in place; the base of all views; numbers and bars in few columns
-nodes.py, objects.py, transfers.py, findings.py, problems.py   from a snapshot of the core to rows, one view each
+views.py      from a snapshot of the core to rows: nodes, objects, transfers, findings, problems
 trace.py      the view of annotated frames: following, scrolled back, filtered, searched
 status.py     the lines above and below the views
-keys.py       all keys: their actions, the foot line, the page of help; the input line for a filter or a search
+keys.py       all keys: their actions, the foot line; pages over the screen; the input line for a filter or a search
 
 Nothing here decodes or judges: the meaning of frames, and every figure, comes from `Session.snapshot` and `.trace`.
 Names from devices and files are drawn as text, never as markup, and escaped where they could control a terminal.

@@ -20,9 +20,9 @@ from textual.dom import DOMNode
 from textual.driver import Driver
 from textual.widget import Widget
 
-from canalyze.monitor import findings, nodes, objects, pages, problems, transfers
+from canalyze.monitor import views
 from canalyze.monitor.grid import Grid, Row, rate
-from canalyze.monitor.keys import VIEWS, Foot, Prompt, bindings, help_page
+from canalyze.monitor.keys import VIEWS, Foot, Page, Prompt, bindings, help_page, of_finding, of_frame, of_node
 from canalyze.monitor.status import Below, Status
 from canalyze.monitor.trace import Trace
 from canalyze.monitor.watch import Watch
@@ -93,7 +93,7 @@ class Monitor(App[int]):
         """Problems for which the bell has rung; None if it is off."""
         self._unfolded = False
         """True if harmless problems are shown."""
-        self._severity = findings.LEVELS[0]
+        self._severity = views.LEVELS[0]
         """The least severity of the findings shown."""
         self.status = Status(words)
         self.trace = Trace(watch.trace, words)
@@ -167,7 +167,7 @@ class Monitor(App[int]):
         """Rings for new problems."""
         if self._rung is None:
             return
-        if new := problems.loud(self._snapshot) - self._rung:
+        if new := views.loud(self._snapshot) - self._rung:
             self._rung |= new
             self.bell()
 
@@ -179,7 +179,7 @@ class Monitor(App[int]):
         if several != self.trace.buses:
             self.trace.buses = several
             self._drawn = {}
-        worst = findings.latest(snapshot) if self._view == "overview" and self.size.height >= _LOW else ()
+        worst = views.latest(snapshot) if self._view == "overview" and self.size.height >= _LOW else ()
         self._latest.tell_cell(() if _seen(self.grids["findings"]) else worst)
         self._arrange()
         badges = [name for name in (self._badge(), self._watch.recording) if name]
@@ -191,7 +191,7 @@ class Monitor(App[int]):
             runs = (
                 snapshot.transfers.running
                 if name == "transfers"
-                else name == "objects" or (name == "problems" and problems.changing(snapshot))
+                else name == "objects" or (name == "problems" and views.changing(snapshot))
             )
             part = (getattr(snapshot, name), snapshot.now_ns if runs else 0, away)
             if not grid.size.width or not _seen(grid) or self._drawn.get(name) == part:
@@ -199,18 +199,22 @@ class Monitor(App[int]):
             self._drawn[name] = part
             width = self.size.width
             if name == "nodes":
-                grid.show(nodes.columns(words, buses=several), nodes.rows(snapshot, words, buses=several, away=away))
+                grid.show(
+                    views.node_columns(words, buses=several), views.node_rows(snapshot, words, buses=several, away=away)
+                )
             elif name == "objects":
-                shown = objects.rows(snapshot, words, buses=several, width=width)
-                grid.show(objects.columns(words, buses=several, width=width), shown)
+                shown = views.object_rows(snapshot, words, buses=several, width=width)
+                grid.show(views.object_columns(words, buses=several, width=width), shown)
             elif name == "transfers":
-                grid.show(transfers.columns(words, buses=several), transfers.rows(snapshot, words, buses=several))
+                grid.show(
+                    views.transfer_columns(words, buses=several), views.transfer_rows(snapshot, words, buses=several)
+                )
             elif name == "findings":
-                shown = findings.rows(snapshot, buses=several, least=self._severity)
-                grid.show(findings.columns(words, buses=several, least=self._severity), shown)
+                shown = views.finding_rows(snapshot, buses=several, least=self._severity)
+                grid.show(views.finding_columns(words, buses=several, least=self._severity), shown)
             else:
-                shown = problems.rows(snapshot, words, buses=several, unfolded=self._unfolded)
-                grid.show(problems.columns(words, buses=several), shown)
+                shown = views.problem_rows(snapshot, words, buses=several, unfolded=self._unfolded)
+                grid.show(views.problem_columns(words, buses=several), shown)
         if _seen(self.trace) and (self._drawn.get("trace") != snapshot.tally.frames or not self.paused):
             self._drawn["trace"] = snapshot.tally.frames
             self.trace.update()
@@ -332,13 +336,13 @@ class Monitor(App[int]):
 
     def _lead(self, row: Row) -> None:
         """Opens the page of a row, or goes to its frames."""
-        if row.key == problems.FOLD:
+        if row.key == views.FOLD:
             self._unfolded = not self._unfolded
             self._drawn.pop("problems", None)
             self.draw()
             return
         if row.about:
-            self.push_screen(pages.Page(self._page(row.about)), lambda on: self._follow(row) if on else None)
+            self.push_screen(Page(self._page(row.about)), lambda on: self._follow(row) if on else None)
         else:
             self._follow(row)
 
@@ -346,9 +350,9 @@ class Monitor(App[int]):
         """Returns the page for the subject of a row."""
         kind, *facts = about
         if kind != "node":
-            return (pages.of_finding if kind == "finding" else pages.of_frame)(self._words, *facts)
-        node = next(node for node in self._snapshot.nodes if about == nodes.about(node))
-        return pages.of_node(node, self._watch.page(node.bus, node.node), self._words)
+            return (of_finding if kind == "finding" else of_frame)(self._words, *facts)
+        node = next(node for node in self._snapshot.nodes if about == views.node_subject(node))
+        return of_node(node, self._watch.page(node.bus, node.node), self._words)
 
     def _follow(self, row: Row) -> None:
         """Goes to the frame of a row, or filters its frames."""
@@ -389,7 +393,7 @@ class Monitor(App[int]):
 
     def action_severity(self) -> None:
         """Raises the least severity of the findings shown, and restarts with all after the highest."""
-        levels = findings.LEVELS
+        levels = views.LEVELS
         self._severity = levels[(levels.index(self._severity) + 1) % len(levels)]
         self._drawn.pop("findings", None)
         if _seen(self.grids["findings"]):
@@ -471,7 +475,7 @@ class Monitor(App[int]):
 
     def action_help(self) -> None:
         """Shows the page of help."""
-        self.push_screen(pages.Page(help_page(self._words, replay=self._watch.replay is not None)))
+        self.push_screen(Page(help_page(self._words, replay=self._watch.replay is not None)))
 
     def action_stop(self) -> None:
         """Ends the program."""

@@ -55,14 +55,7 @@ def listen(names: tuple[str, ...], words: Words, given: ListeningOptions, how: S
         return 2 if recordings.failed else code
 
 
-def replay(
-    names: tuple[str, ...],
-    words: Words,
-    given: ListeningOptions,
-    stamps: str,
-    speed: float,
-    how: Shown,
-) -> int:
+def replay(names: tuple[str, ...], words: Words, given: ListeningOptions, stamps: str, speed: float, how: Shown) -> int:
     """Shows captures as if they came now; returns the exit code."""
     session = open_session(words, given, format="monitor")
     _check(session, how.expression)

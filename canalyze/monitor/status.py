@@ -8,7 +8,7 @@ from textual.widget import Widget
 
 from canalyze.monitor.grid import Cell, Piece, cell, clock, line, rate
 from canalyze.monitor.keys import VIEWS
-from canalyze.monitor.problems import newest, open_roots
+from canalyze.monitor.views import MARKS, newest, open_roots
 from canalyze.output import printable
 from canalyze.output.layout import wrap
 from canalyze.records.live import Bus, Snapshot
@@ -29,7 +29,6 @@ _LOAD: Final = (("error", 80.0), ("warning", 50.0))
 """Bus loads in percent from which they are highlighted."""
 _TITLE: Final = 30
 """Minimum columns for the title of a problem."""
-MARKS: Final = {"error": "✖", "warning": "▲", "info": "i"}
 
 
 class Lines(Widget):

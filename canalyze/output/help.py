@@ -39,12 +39,7 @@ class Command(click.Command):
 
     def __init__(self, name: str, words: Words, run: Callable[..., int], rows: Iterable[Parameter]) -> None:
         """Takes the command's words by its name; `run` returns the exit code."""
-        super().__init__(
-            name,
-            callback=run,
-            params=built((*rows, *COMMON), _key(name), words),
-            add_help_option=False,
-        )
+        super().__init__(name, callback=run, params=built((*rows, *COMMON), _key(name), words), add_help_option=False)
         self._words = words
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -56,13 +51,13 @@ class Command(click.Command):
         """Runs it."""
         short = [one.name for one in (PROBLEM, *SHORT)]
         if any(ctx.params.get(name) is not None for name in short):
-            from canalyze.running.chosen import choose
+            from canalyze.running.beforehand import choose
 
             choose(ctx, self._words)
         for name in short:
             ctx.params.pop(name, None)
         if ctx.params.pop("eds_from_traffic", False):
-            from canalyze.running.stored import describe
+            from canalyze.running.beforehand import describe
 
             describe(ctx, self._words)
         return super().invoke(ctx)
@@ -84,7 +79,7 @@ class Listing(Command):
         if not _is_paged(ctx):
             return super().invoke(ctx)
 
-        from canalyze.output.paging import Pager
+        from canalyze.output import Pager
 
         def unusable(name: str, error: OSError) -> None:
             complain(f"canalyze: {self._words('output.no_pager', name=name, error=error.strerror)}")

@@ -27,5 +27,10 @@ def line(value: Any, *, compact: bool = False) -> bytes:
     return text(value, compact=compact).encode() + b"\n"
 
 
+def fields(record: object, names: str) -> dict[str, Any]:
+    """Returns attributes of a record; names: with blanks between."""
+    return {name: getattr(record, name) for name in names.split()}
+
+
 def _escaped(char: str) -> str:
     return json.dumps(char)[1:-1]

@@ -12,8 +12,7 @@ from msgspec.structs import fields
 
 from canalyze.errors import CanalyzeError
 from canalyze.library.capture import Capture
-from canalyze.library.problem import Problems
-from canalyze.library.rows import Findings, Rows, Transfers
+from canalyze.library.rows import Findings, Problems, Rows, Transfers
 from canalyze.library.series import Series
 from canalyze.output import printable
 from canalyze.records.findings import Finding, Line

@@ -1,1 +1,1 @@
-"""The layout of results for people; one file a form. No report makes sentences of its own."""
+"""The layout of results, for people and for other programs. No report makes sentences of its own."""

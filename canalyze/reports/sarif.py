@@ -8,9 +8,11 @@ those that occur. Must not: judge, or look into a file.
 
 import hashlib
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from pathlib import Path, PurePath, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING, Any, Final
+from urllib.parse import quote
 
 from canalyze import __version__
 from canalyze.check.verdict import Counted, Verdict
@@ -19,7 +21,6 @@ from canalyze.records import SEVERITIES
 from canalyze.records.findings import Finding
 from canalyze.records.problems import Problem
 from canalyze.reports import wording
-from canalyze.reports.uri import file_uri
 from canalyze.sources.file import STDIN
 from canalyze.words import Words
 
@@ -269,3 +270,31 @@ def _uri(file: str) -> str:
     except OSError:  # it is gone
         here = None
     return file_uri(file, here=here)
+
+
+def file_uri(file: str, *, windows: bool = os.name == "nt", here: str | None = None) -> str:
+    """Returns the URI of a name as it was given; `here` is the working directory, an absolute path.
+
+    A relative name stays relative. Bytes of a POSIX name that are no UTF-8 are encoded as they are.
+    """
+    path: PurePath = PureWindowsPath(file) if windows else PurePosixPath(file)
+    root = here and (PureWindowsPath(here) if windows else PurePosixPath(here))
+    if root and path.is_absolute() and path.is_relative_to(root) and path != root:
+        path = path.relative_to(root)
+    text = path.as_posix()
+    if not path.is_absolute():
+        if path.drive:  # C:part of a directory of its own on that drive
+            return f"file:///{_encoded(text)}"
+        return _encoded(text)
+    if path.drive.startswith("\\\\"):
+        return f"file:{_encoded(text)}"
+    if path.drive:
+        return f"file:///{text[0]}:{_encoded(text[2:])}"
+    return f"file://{_encoded('/' + text.lstrip('/'))}"
+
+
+def _encoded(text: str) -> str:
+    try:
+        return quote(text.encode("utf-8", "surrogateescape"))
+    except UnicodeEncodeError:  # half a character, which only Windows lets into a name
+        return quote(text.encode("utf-8", "surrogatepass"))

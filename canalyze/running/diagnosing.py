@@ -1,20 +1,32 @@
-"""Recordings diagnosed: one, or several, each by itself.
+"""Recordings diagnosed, one, or several, each by itself; and captures that are read more than once for it.
 
-What went wrong, the core says; how it is laid out, `reports.diagnosis_text`. Must not: read an option's text.
+Standard input is kept, files that follow one another are one recording. What went wrong, the core says; how it is laid
+out, `reports/diagnosis.py`. Must not: read an option's text.
 """
 
 import json
-from collections.abc import Iterable
+import os
+import stat
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from pathlib import Path
+from typing import Final
 
-from canalyze.errors import ReaderGone
+from canalyze.configuration.options import open_session
+from canalyze.errors import ReaderGone, SourceError
 from canalyze.output import Output, Progress, jsonl, told
+from canalyze.records import records
+from canalyze.records.findings import lines
+from canalyze.records.info import Info
 from canalyze.records.problems import KEYS, Problem, diagnosed
-from canalyze.reports import diagnosis_text
-from canalyze.reports.diagnosis_chosen import fails, select
-from canalyze.reports.diagnosis_text import Chosen, Diagnosed
+from canalyze.reports import diagnosis, wording
+from canalyze.reports.diagnosis import Chosen, Diagnosed, fails, select
 from canalyze.running.passes import Pass
-from canalyze.sources.file import total_size
+from canalyze.running.run import Interrupt, NoProgress, Run
+from canalyze.sources.file import CHUNK, STDIN, total_size
+from canalyze.sources.names import below, expanded
+from canalyze.sources.recordings import Span, recordings
+from canalyze.values import nanoseconds
 
 
 def diagnose(one: Pass, names: tuple[str, ...] = ()) -> tuple[int, bytes]:
@@ -48,8 +60,8 @@ def each(one: Pass, found: list[tuple[str, ...]], chosen: Chosen) -> tuple[int, 
                 write_lines(result, shown, one.out, names)
             rows.append(Diagnosed(names, shown, whole.order, whole.nature))
         if one.form == "text":
-            diagnosis_text.show_each(rows, one.out, one.words, chosen, unread=len(found) - len(rows))
-            diagnosis_text.further_of_each(rows, one.out, one.words)
+            diagnosis.show_each(rows, one.out, one.words, chosen, unread=len(found) - len(rows))
+            diagnosis.further_of_each(rows, one.out, one.words)
     if not rows:
         one.out.drop()
     return worst or int(failing), [row.names for row in rows]
@@ -63,3 +75,120 @@ def write_lines(result: bytes, shown: Iterable[Problem], out: Output, names: tup
             continue
         record = {key: row[key] for key in KEYS} | ({"files": list(names)} if names else {})
         out.write(f"{jsonl.text(record)}\n".encode("utf-8", "backslashreplace"))
+
+
+AROUND: Final = 3
+"""Frames that are shown before and behind one."""
+
+
+class _Enough(Exception):
+    """Ends the second pass behind the frames that are shown."""
+
+
+def listed(files: tuple[str, ...]) -> tuple[str, ...]:
+    """Returns the files, with the captures in a folder in its place; a folder without any stays, which is an error."""
+    return tuple(name for file in files for name in (tuple(below(file)) if Path(file).is_dir() else ()) or (file,))
+
+
+def recordings_of(one: Pass) -> list[tuple[str, ...]]:
+    """Returns the files of each recording: files that follow one another are one."""
+    every = [found.name for found in expanded(one.names)]
+    # What is no file, as a pipe, can be read only once.
+    once = any(name == STDIN or (Path(name).exists() and not Path(name).is_file()) for name in every)
+    if len(every) < 2 or once:
+        return [tuple(dict.fromkeys(one.names))]
+    return recordings(_span(one, name) for name in every)
+
+
+def _span(one: Pass, name: str) -> Span:
+    """Returns the time and the buses of a file. Its complaints come when it is diagnosed."""
+    results: list[bytes] = []
+    session = open_session(one.words, one.given, format="info")
+    if (code := one.read(session, results.append, (name,), frameless=True, tell=lambda _: None)) > 128:
+        raise SystemExit(code)
+    if (record := next(records(b"".join(results), Info), None)) is None:
+        return Span(name, None, None, frozenset())
+    buses = frozenset(found.bus for found in record.buses)
+    return Span(name, nanoseconds(record.first_t), nanoseconds(record.last_t), buses)
+
+
+def keep_stdin() -> int:
+    """Lets standard input be read again: a pipe is read to its end, or to a signal, into a file without a name.
+
+    Returns the exit code that the signal asks for, 0 without one.
+    """
+    if _is_seekable():
+        return 0
+    from tempfile import TemporaryFile
+
+    with TemporaryFile() as kept, Interrupt() as interrupt:
+        try:
+            while data := interrupt.during(lambda: os.read(0, CHUNK)):
+                kept.write(data)
+            kept.flush()
+            os.dup2(kept.fileno(), 0)
+        except OSError as error:
+            raise SourceError("source.read", name="stdin", error=error) from error
+    os.lseek(0, 0, os.SEEK_SET)
+    return 128 + interrupt.signal if interrupt.signal else 0
+
+
+def _is_seekable() -> bool:
+    try:
+        os.lseek(0, 0, os.SEEK_CUR)
+    except OSError:
+        return False
+    return stat.S_ISREG(os.fstat(0).st_mode)
+
+
+def rewind(one: Pass) -> None:
+    """Lets standard input that was kept be read from its beginning."""
+    if STDIN in one.names:
+        os.lseek(0, 0, os.SEEK_SET)
+
+
+def can_write_page(one: Pass) -> None:
+    """Raises where the core for a page is missing, or where a capture cannot be read again to be put into it."""
+    from canalyze.html import core
+
+    core()
+    for name in one.names:
+        if name != STDIN and Path(name).exists() and not Path(name).is_file():
+            raise one.usage("diagnose.html_once", name=wording.capture_name(name))
+
+
+def lines_of(one: Pass, wanted: set[int]) -> dict[int, str]:
+    """Returns the annotated lines of frames: the capture is read again, and complained of no more."""
+    rewind(one)
+    found: dict[int, str] = {}
+
+    def take(result: bytes) -> None:
+        found.update((line.frame, line.text) for line in lines(result) if line.frame in wanted)
+
+    session = open_session(one.words, one.given, format="lines", stamps=one.stamps, time="z")
+    progress = Progress(one.words, Output(), one.total)
+    Run(session, one.words, progress, take, one.given, tell=lambda _: None).over(one.names)
+    return found
+
+
+def around(one: Pass, name: str, frame: int | None) -> Iterator[bytes]:
+    """Yields the annotated lines around a frame, that of the frame itself marked."""
+    if frame is None or name == STDIN or not Path(name).is_file():
+        return
+    first, last = max(1, frame - AROUND), frame + AROUND
+    taken: list[bytes] = []
+
+    def take(result: bytes) -> None:
+        taken.append(result)
+        if session.frames > last:
+            raise _Enough
+
+    session = one.session(format="text", filter=f"frame={first}-{last}")
+
+    with suppress(_Enough):
+        Run(session, one.words, NoProgress(), take, one.given, tell=lambda _: None).over((name,))
+    number = first - 1
+    for line in b"".join(taken).splitlines():
+        is_frame = not line.startswith(b"#")
+        number += is_frame
+        yield (b"> " if is_frame and number == frame else b"  ") + line

@@ -13,16 +13,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, TypedDict
 
 from canalyze.configuration import network
-from canalyze.configuration.options import (
-    ANY_PATH,
-    BITRATE,
-    FORCE,
-    CaptureOptions,
-    configured,
-    option,
-    positive,
-    usage,
-)
+from canalyze.configuration.options import ANY_PATH, BITRATE, FORCE, CaptureOptions, configured, option, positive, usage
 from canalyze.running.recording import Limit, Recordings, form_of, limit, open_recordings, recordable
 from canalyze.sources import buses, netdevices
 from canalyze.sources.file import STDIN

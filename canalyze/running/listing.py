@@ -1,11 +1,11 @@
-"""A live bus as an annotated listing, from its first frame to what is reported at the end.
+"""A live bus as an annotated listing, from its first frame to what is reported at the end: buses, findings, nodes.
 
 Ctrl-C is the usual end: what was received is still shown. Must not: open a bus, or know what a frame means.
 """
 
 import signal
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
 from msgspec.json import decode
@@ -14,7 +14,7 @@ from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output import Output, Progress, complain, hint
 from canalyze.records import decoder
 from canalyze.records.live import CountedNode, Tally
-from canalyze.reports.sniff_text import held, seen, show_nodes
+from canalyze.reports.table import EMPTY, Column, write
 from canalyze.running.listening import Listening, ListeningOptions, set_rates
 from canalyze.running.run import Interrupt, Run
 from canalyze.running.viewing import Showing
@@ -119,3 +119,56 @@ def _listens(names: Sequence[str], given: ListeningOptions, words: Words) -> str
         for name, rate in zip(names, rates, strict=True)
     ]
     return words("sniff.listens", channels=words("listen.comma").join(rated))
+
+
+_FINDINGS: Final = ("error", "warning", "info")
+_TRANSFERS: Final = ("ok", "aborted", "incomplete", "failed")
+
+
+def show_nodes(nodes: Sequence[CountedNode], words: Words, out: Output, *, several: bool) -> None:
+    """Shows below the listing what each node was seen to do; the column of the bus only where there are several."""
+    keys = ["col.node", "sniff.frames", "col.node_state", "sniff.errors", "sniff.warnings"]
+    columns = [Column(words(key), right=key != "col.node_state") for key in keys]
+    rows = []
+    for node in nodes:
+        state = words.of("monitor_silent", node.silent) if node.silent else node.state_text or EMPTY
+        cells = [node.node, node.frames, state, node.errors, node.warnings]
+        rows.append(map(str, [node.bus, *cells] if several else cells))
+    out.text("\n")
+    write([Column(words("col.bus")), *columns] if several else columns, rows, out)
+
+
+def held(tally: Tally, words: Words) -> Iterator[str]:
+    """Yields how the expectations came out, if there are any: nothing is known of a bus that was silent."""
+    if expected := tally.expectations:
+        key = "sniff.unchecked" if not tally.frames else "sniff.missed" if expected.missed else "sniff.met"
+        yield words(key, count=expected.missed)
+
+
+def seen(tally: Tally, seconds: float, unshown: int, recorded: bool, words: Words) -> Iterator[str]:
+    """Yields what was seen, a line each: the buses, findings, SDO transfers, what was not shown."""
+    comma = words("listen.comma")
+    # The core counts what it was not given as dropped, too; it is reported apart below.
+    unshown_here = unshown if len(tally.buses) == 1 else 0
+    for bus in tally.buses:
+        frames = bus.frames
+        facts = {"bus": bus.name, "frames": frames, "seconds": f"{seconds:.1f}"}
+        rate = _rounded(frames / max(seconds, 0.001))
+        parts = [words("sniff.bus" if frames else "sniff.nothing", rate=rate, **facts)]
+        lost = {"error_frames": bus.error_frames, "dropped": bus.dropped - unshown_here}
+        parts += [words(f"sniff.{key}", count=count) for key, count in lost.items() if count > 0]
+        yield comma.join(parts)
+    lines = []
+    for title, counts, keys in (("findings", tally.findings, _FINDINGS), ("transfers", tally.transfers, _TRANSFERS)):
+        if listed := comma.join(words(f"sniff.{key}", count=counts[key]) for key in keys if counts[key]):
+            lines.append(words(f"sniff.{title}", listed=listed))
+    if lines:
+        yield words("sniff.then").join(lines)
+    if tally.shown not in (0, tally.frames):  # that nothing passes a filter, the core says
+        yield words("sniff.shown", shown=tally.shown)
+    if unshown:
+        yield words("sniff.unshown_recorded" if recorded else "sniff.unshown", count=unshown)
+
+
+def _rounded(rate: float) -> str:
+    return f"{rate:.1f}" if rate < 100 else f"{rate:.0f}"

@@ -2,17 +2,18 @@
 
     command = capture_command("signals", run, SELECT, form("csv", "jsonl"), TIME, PROBLEM)
 
-`run` gets a `Pass` and returns the exit code. Must not: know what a command shows.
+`run` gets a `Pass` and returns the exit code. The objects of devices, by what a capture shows of them, are read for
+several commands. Must not: know what a command shows.
 """
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import click
 
-from canalyze.configuration.options import CAPTURE, Parameter, inputs, open_session, usage
+from canalyze.configuration.options import CAPTURE, Parameter, inputs, moment, open_session, option, usage
 from canalyze.output import Output, Progress, complain, open_output, told
 from canalyze.output.help import simple_command
 from canalyze.running.run import Run
@@ -109,3 +110,39 @@ def capture_command(
 ) -> Callable[[Words], click.Command]:
     """Returns the same, with the rows of all commands that read captures. without: those of them that it has not."""
     return pass_command(name, run, *rows, *(row for row in CAPTURE if row not in without), paged=paged)
+
+
+FORMS: Final = {"text": "-text", "jsonl": "", "csv": "-csv"}
+"""The ends of the core's names of what comes out, by the values of --format."""
+AT: Final = option("--at", "S", moment, "moment", key="od.at", usual=0)
+_NO_OBJECT: Final = b'{"kind":"od_pdo"'
+"""PDOs come behind all objects: a result that begins so has none."""
+
+
+class Objects(NamedTuple):
+    """The objects of a capture, and how its reading ended."""
+
+    code: int
+    frames: int
+    result: bytes
+    """The JSON lines of the core."""
+    some: bool
+    """True if an object was seen."""
+
+
+def settings_of(one: Pass) -> dict[str, Any]:
+    """Returns the settings of the core for --at."""
+    return {"until_ns": None if one.at is None else round(one.at * 1e9)}
+
+
+def has_object(result: bytes) -> bool:
+    """Returns true if a result of the core has an object."""
+    return bool(result) and not result.startswith(_NO_OBJECT)
+
+
+def read_objects(one: Pass, kind: str, names: tuple[str, ...] = (), **how: Any) -> Objects:
+    """Reads a capture to its end. kind: the core's name of what comes out. how: as of `Pass.session`."""
+    session = one.session(format=kind, **settings_of(one), **how)
+    results: list[bytes] = []
+    code = one.read(session, results.append, names)
+    return Objects(code, session.frames, b"".join(results), any(map(has_object, results)))

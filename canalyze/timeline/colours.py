@@ -48,15 +48,7 @@ COLOURS: Final[dict[str, dict[str, int]]] = {
 FAULTS: Final = frozenset({"lost", "fault", "fault-reaction-active", "active"})
 """Classes of states that an engineer looks for first, without SDO transfers, which are too short to see in a lane."""
 
-PLAIN: Final = (
-    0x4F7CACFF,
-    0x3E8E8EFF,
-    0x8D6E63FF,
-    0x7A6FA8FF,
-    0x9C8A4AFF,
-    0x5F7A8AFF,
-    0xA0698AFF,
-)
+PLAIN: Final = (0x4F7CACFF, 0x3E8E8EFF, 0x8D6E63FF, 0x7A6FA8FF, 0x9C8A4AFF, 0x5F7A8AFF, 0xA0698AFF)
 """Colours of values of signals: distinct, and unlike running, waiting or a fault."""
 
 WINDOW: Final = _RED

@@ -1,20 +1,110 @@
 """States over time: a lane per entity, a row per change, coloured by the class of the state.
 
-Must not: know the meaning of a state, or make a text.
+A lane of SDO transfers shows each from its first frame to its last, which is too short to see in a long capture, and
+two equal ones look like one: they are also lines in words, and points of their durations, which are visible however
+short they are. Problems, known at the end of the capture, have a lane per subject, a log of their begins and ends, and
+a list in words; one that overlaps an earlier one of its subject has a lane of its own below it. Must not: know the
+meaning of a state, judge, or sort again.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 import pyarrow as pa
 import rerun as rr
+from msgspec import convert
 
+from canalyze.records.problems import ProblemRow
 from canalyze.timeline.colours import COLOURS, FAULTS, PLAIN
 from canalyze.timeline.contents import Contents, Lane
-from canalyze.timeline.stream import STATE, Places, Stream, escaped, places
-from canalyze.timeline.transfers import LANES, TransferWriter
+from canalyze.timeline.logs import problem_list
+from canalyze.timeline.stream import LEVEL, STATE, TEXT, Places, Stream, escaped, numbers, path, places
+from canalyze.words import Words
+
+LANES: Final = "sdo/"
+"""Prefix of the names of their lanes."""
+LIST: Final = "sdo_list/"
+"""Prefix of the paths of their lines."""
+_LEVELS: Final[dict[str | None, str]] = {"ok": "INFO", "aborted": "ERROR", "failed": "ERROR"}
+_MS: Final = 1e6
+"""Nanoseconds in a millisecond."""
+_SIZE: Final = 3.0
+_ENDED: Final[dict[str | None, int]] = {"ok": 0, "aborted": 1, "failed": 1}
+"""The series of a transfer among an entity's two, by the class of its state; others have an unknown end."""
+
+Series = npt.NDArray[np.int64]
+"""For each row of a lane the series of the transfer that begins there; -1: none."""
+
+
+class TransferWriter:
+    """Writes points to a recording."""
+
+    def __init__(self, stream: Stream, contents: Contents, words: Words) -> None:
+        """Writes rows to `stream` and updates `contents`."""
+        self._stream = stream
+        self._contents = contents
+        self._words = words
+        self._begun: dict[str, tuple[Places, Series]] = {}
+        """The last row of each lane."""
+
+    @staticmethod
+    def series(of_class: str | None) -> int:
+        """Returns the series of a transfer by the class of its state; -1 for none."""
+        return _ENDED.get(of_class, -1)
+
+    def tell(self, lane: str, rows: Places, states: "Sequence[tuple[str, str | None]]", which: Series) -> None:
+        """Writes the rows of a lane as lines: `which` is the index in `states` of each; an empty text is none."""
+        texts = np.array([bool(text) for text, _ in states])
+        (some,) = np.nonzero(texts[which])
+        if not len(some):
+            return
+        channel = lane.removeprefix(LANES)
+        entity = escaped(f"{LIST}{channel}")
+        node = next((part for part in channel.split("/") if part.startswith("node")), channel).removeprefix("node")
+        whose = self._words("timeline.node", node=node)
+        levels = [_LEVELS.get(of_class, "WARN") for _, of_class in states]
+        told = self._contents.listed.setdefault(entity, set())
+        told.update(level for level, (text, _) in zip(levels, states, strict=True) if text)
+        taken = pa.array(which[some])
+        lines = pa.array([f"{whose}  {text}" for text, _ in states]).take(taken)
+        self._stream.texts(entity, rows[some], [(TEXT, lines), (LEVEL, pa.array(levels).take(taken))])
+
+    def take(self, lane: str, rows: Places, series: Series) -> None:
+        """Appends rows of a lane; each transfer lasts until the next row."""
+        before = self._begun.get(lane)
+        if before:
+            rows, series = before[0].followed_by(rows), np.concatenate((before[1], series))
+        self._begun[lane] = rows[-1:], series[-1:]
+        ended = (series[:-1] >= 0) & rows.stamped[:-1] & rows.stamped[1:] & (rows.t_ns[1:] >= rows.t_ns[:-1])
+        (some,) = np.nonzero(ended)
+        if not len(some):
+            return
+        took = (rows.t_ns[some + 1] - rows.t_ns[some]).astype(np.float64)
+        values = np.full((len(some), 2), np.nan)
+        values[np.arange(len(some)), series[some]] = took / _MS
+        channel = lane.removeprefix(LANES)
+        contents, entity = self._contents, escaped(f"sdo_duration/{channel}")
+        if entity not in contents.durations:
+            palette = COLOURS["sdo"]
+            # Shown at the point under the cursor.
+            done = self._words("timeline.done_line", channel=channel)
+            failed = self._words("timeline.failed_line", channel=channel)
+            style = rr.SeriesPoints(
+                names=[done, failed],
+                colors=np.array([palette["ok"], palette["failed"]], np.uint32),
+                markers=["circle", "circle"],
+                marker_sizes=[_SIZE, _SIZE],
+            )
+            self._stream.always(entity, style)
+            contents.durations[entity] = None
+        contents.transfers += len(some)
+        contents.widen(entity, float(took.min()) / _MS, float(took.max()) / _MS)
+        contents.transferring_ns += float(took.sum())
+        self._stream.scalars(entity, rows[some], values)
+
 
 _EMPTY = '""'
 """A state without text; an empty text would end the lane."""
@@ -163,3 +253,116 @@ class LaneWriter:
 def _codes(column: pa.Array, null: int) -> "np.ndarray[tuple[int], np.dtype[np.int64]]":
     """Returns the dictionary indices of a column."""
     return np.asarray(column.indices.fill_null(null)).astype(np.int64)
+
+
+PROBLEMS: Final = "problems"
+"""The first part of the paths of lanes."""
+_STANDING: Final = {"open": "ERROR", "unknown": "WARN", "ended": "WARN", "harmless": "INFO"}
+
+
+class ProblemWriter:
+    """Writes problems to a recording."""
+
+    def __init__(self, stream: Stream, contents: Contents, words: Words) -> None:
+        """Writes rows to `stream` and updates `contents`."""
+        self._stream = stream
+        self._contents = contents
+        self._words = words
+        self._rows: list[ProblemRow] = []
+        self._begins: list[Places] = []
+        self._ends: list[Places] = []
+
+    def take(self, batch: pa.RecordBatch) -> None:
+        """Appends problems, in the order of reading."""
+        self._rows += convert(batch.to_pylist(), list[ProblemRow])
+        begins = places(batch)
+        stamps = batch.column("end_t_ns")
+        stamped = np.asarray(stamps.is_valid())
+        frames, cycles = (numbers(batch.column(name)) for name in ("end_frame", "end_cycle"))
+        ends = Places(numbers(stamps), stamped, frames, cycles)
+        for row in range(len(batch)):
+            one = np.array([row])
+            self._begins.append(begins[one])
+            self._ends.append(ends[one])
+
+    def finish(self) -> str:
+        """Writes all problems; returns their list in Markdown, or "" without problems."""
+        if not self._rows:
+            return ""
+        rows = range(len(self._rows))
+        for entity, spans in self._lanes(sorted(rows, key=lambda row: self._rows[row].begin_frame)).items():
+            self._lane(entity, spans)
+        for row in rows:
+            self._log(row)
+        return problem_list([(one, self._caused(one)) for one in self._rows], self._words)
+
+    def _caused(self, one: ProblemRow) -> str:
+        """Returns the cause and the delay after it in words; "" for a root."""
+        if one.cause is None:
+            return ""
+        delay = one.delay_ns
+        key = "timeline.caused" if delay is None else "timeline.caused_after"
+        return self._words(key, number=one.cause, ms="" if delay is None else f"{delay / _MS:+.1f}")
+
+    def _title(self, one: ProblemRow) -> str:
+        caused = self._caused(one)
+        return f"#{one.id} {one.message}" + (f" ({caused})" if caused else "")
+
+    def _lanes(self, rows: Sequence[int]) -> dict[str, list[int]]:
+        """Returns the problems of each lane, which do not overlap."""
+        found: dict[str, list[int]] = {}
+        for row in rows:
+            one = self._rows[row]
+            if not one.begin_frame:  # of the capture as a whole
+                continue
+            number = 1
+            while True:
+                below = "" if number == 1 else str(number)
+                entity = path(PROBLEMS, one.bus or "", one.subject, below)
+                last = found.get(entity)
+                if last is None or self._is_free(last[-1], row):
+                    break
+                number += 1
+            found.setdefault(entity, []).append(row)
+        return found
+
+    def _is_free(self, before: int, row: int) -> bool:
+        end = self._rows[before].end_frame
+        return end is not None and end <= self._rows[row].begin_frame
+
+    def _lane(self, entity: str, rows: Sequence[int]) -> None:
+        pieces: list[Places] = []
+        states: list[str] = []
+        for row in rows:
+            one = self._rows[row]
+            pieces.append(self._begins[row])
+            states.append(str(one.id))
+            if one.end_frame is not None:
+                pieces.append(self._ends[row])
+                states.append("")
+        palette = COLOURS[PROBLEMS]
+        ours = [self._rows[row] for row in rows]
+        style = rr.StateConfiguration(
+            values=[str(one.id) for one in ours],
+            labels=[self._title(one) for one in ours],
+            # An array: a list of three or four numbers would be taken for one colour.
+            colors=np.array([palette[one.status] for one in ours], np.uint32),
+        )
+        self._stream.always(entity, style)
+        at = pieces[0]
+        for piece in pieces[1:]:
+            at = at.followed_by(piece)
+        self._stream.texts(entity, at, [(STATE, pa.array(states, pa.string()))])
+        fault = any(one.status == "open" for one in ours)
+        self._contents.lanes[entity] = Lane(entity, len(states), fault)
+
+    def _log(self, row: int) -> None:
+        one, words = self._rows[row], self._words
+        told = [(self._begins[row], "timeline.begins", _STANDING[one.status])]
+        if one.end_frame is not None and one.end_frame > one.begin_frame:
+            told.append((self._ends[row], "timeline.ends", "INFO"))
+        for place, key, level in told:
+            text = words(key, title=self._title(one))
+            columns = [(TEXT, pa.array([text], pa.string())), (LEVEL, pa.array([level], pa.string()))]
+            self._stream.texts("/log/problems", place, columns)
+            self._contents.logged[level] = self._contents.logged.get(level, 0) + 1

@@ -309,10 +309,7 @@ class _Views:
         kinds = {lane.kind for lane in lanes}
         title = title or (f"timeline.{kinds.pop()}" if len(kinds) == 1 else "timeline.states")
         view = rrb.StateTimelineView(
-            origin="/",
-            contents=[lane.entity for lane in lanes],
-            name=self.words(title),
-            time_view=LINKED,
+            origin="/", contents=[lane.entity for lane in lanes], name=self.words(title), time_view=LINKED
         )
         return view, BAR + LANE * len(lanes)
 

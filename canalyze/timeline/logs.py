@@ -1,6 +1,6 @@
 """Texts of a recording: annotated frames, findings and emergencies as lines; summary and diagnosis as documents.
 
-The lines are the core's; the blocks of the summary come from `reports/summary_text.py`. Must not: count or measure.
+The lines are the core's; the blocks of the summary come from `reports/summary.py`. Must not: count or measure.
 """
 
 import re
@@ -16,7 +16,7 @@ from canalyze.output import printable
 from canalyze.records import records
 from canalyze.records.problems import ProblemRow
 from canalyze.records.summary import Capture
-from canalyze.reports.summary_text import LEFT, report
+from canalyze.reports.summary import LEFT, report
 from canalyze.timeline.contents import Contents
 from canalyze.timeline.stream import LEVEL, TEXT, Stream, mapped, path, places, plain, words
 from canalyze.timeline.stream import part as part_of

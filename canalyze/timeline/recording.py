@@ -1,38 +1,220 @@
-"""Writes the core's tables to a Rerun recording, from the first batch to the last.
+"""Writes the core's tables to a Rerun recording, from the first batch to the last, and keeps its layout up to date.
 
 `timeline/__init__` lists the tables; each has a writer in this folder. Rows wait until the first frame is listed,
-because the application id and the start of time depend on them. Must not: start a viewer, or know the meaning of a
-frame.
+because the application id and the start of time depend on them. While frames come a timeline is fed in a thread of
+its own, so that the receiver never waits for it: a viewer may be slow, stopped or gone, and a disk full. Waiting
+batches are bounded, beyond that whole batches are dropped and counted.
+
+A file's layout is its default: the user's changes to an earlier one, for the same network, are kept. A viewer applies
+a new default only if it has none; while a growing recording is shown, the new layout is therefore activated, unless
+the user has changed the views. Must not: start a viewer, design a layout, or know the meaning of a frame.
 """
 
+import contextlib
 import errno
 import hashlib
 import json
 import os
 import re
 import shutil
+import threading
+import time
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 import pyarrow as pa
 import rerun as rr
+import rerun.blueprint as rrb
 
 from canalyze.errors import OutputError
+from canalyze.timeline import charts
 from canalyze.timeline.contents import Contents
-from canalyze.timeline.lanes import LaneWriter
+from canalyze.timeline.lanes import LaneWriter, ProblemWriter, TransferWriter
+from canalyze.timeline.layout import layout
 from canalyze.timeline.logs import LogWriter, facts, listed, markdown
-from canalyze.timeline.offering import Offering
-from canalyze.timeline.problems import ProblemWriter
 from canalyze.timeline.series import SeriesWriter
 from canalyze.timeline.stream import Clock, Stream, places
-from canalyze.timeline.transfers import TransferWriter
 from canalyze.words import Words
 
 if TYPE_CHECKING:
     from canalyze._core import Batch
+
+MOST_ROWS: Final = 1_000_000
+"""Maximum number of waiting rows: some 100 MB."""
+
+
+class Fed(Protocol):
+    """The consumer of the batches: a `Timeline`."""
+
+    def take(self, batches: "Sequence[tuple[str, Batch]]") -> None:
+        """Appends batches."""
+
+    def finish(self, summary: bytes = b"", lines: Sequence[str] = ()) -> None:
+        """Completes the timeline; lines: a summary in words."""
+
+
+class Feed:
+    """A queue of batches for a timeline."""
+
+    def __init__(self, timeline: Fed, *, most: int = MOST_ROWS) -> None:
+        """Starts the thread; the timeline is used only there from here on."""
+        self.left_out = 0
+        """Number of dropped rows."""
+        self.failure: Exception | None = None
+        """The error after which batches are ignored, if any."""
+        self._timeline = timeline
+        self._most = most
+        self._queue: deque[Sequence[tuple[str, Batch]]] = deque()
+        self._waiting = 0
+        self._over = False
+        self._lines: Sequence[str] = ()
+        self._arrived = threading.Condition()
+        self._thread = threading.Thread(target=self._work, name="canalyze-timeline", daemon=True)
+        self._thread.start()
+
+    def give(self, batches: "Sequence[tuple[str, Batch]]") -> None:
+        """Appends batches; never waits."""
+        rows = sum(batch.num_rows for _, batch in batches)
+        with self._arrived:
+            if self.failure is not None or not rows:
+                return
+            if self._waiting + rows > self._most:
+                self.left_out += rows
+                return
+            self._queue.append(batches)
+            self._waiting += rows
+            self._arrived.notify()
+
+    def end(self, lines: Sequence[str] = ()) -> None:
+        """Ends the input; waiting batches are still written. Calling it twice is harmless. lines: the summary."""
+        with self._arrived:
+            self._lines = self._lines or lines
+            self._over = True
+            self._arrived.notify()
+
+    def ended(self, within_s: float) -> bool:
+        """Waits up to `within_s` until the timeline is complete; returns true if it is."""
+        self._thread.join(within_s)
+        return not self._thread.is_alive()
+
+    def _work(self) -> None:
+        try:
+            while True:
+                with self._arrived:
+                    self._arrived.wait_for(lambda: self._queue or self._over)
+                    taken = list(self._queue)
+                    self._queue.clear()
+                if not taken:
+                    break
+                for batches in taken:
+                    self._timeline.take(batches)
+                    with self._arrived:
+                        self._waiting -= sum(batch.num_rows for _, batch in batches)
+            self._timeline.finish(lines=self._lines)
+        except Exception as error:
+            with self._arrived:
+                self.failure = error
+                self._queue.clear()
+
+
+_LEAST_S: Final = 2.0
+_MOST_S: Final = 30.0
+_SHARE: Final = 0.1
+"""Interval of layouts: this fraction of the time so far, within these limits."""
+
+
+class Offering:
+    """The layouts of one recording."""
+
+    def __init__(
+        self, recording: rr.RecordingStream, contents: Contents, words: Words, *, viewer: str | None, live: bool
+    ) -> None:
+        """Starts without a layout. viewer: shows the recording while it grows. live: shows it as it happens."""
+        self._recording = recording
+        self._contents = contents
+        self._words = words
+        self._viewer = viewer
+        self._live = live
+        self._client: Any = None
+        self._outline: tuple[object, ...] = ()
+        self._views: set[str] = set()
+        """Ids of the views of the last layout."""
+        self._since = self._last = time.monotonic()
+
+    def due(self) -> bool:
+        """Returns true if it is time to check for something new."""
+        now = time.monotonic()
+        return now - self._last >= min(max(_LEAST_S, _SHARE * (now - self._since)), _MOST_S)
+
+    def first(self) -> rrb.Blueprint:
+        """Returns the layout before all rows."""
+        self._outline, self._last = _outline(self._contents, live=self._live), time.monotonic()
+        return self._made()
+
+    def renew(self) -> None:
+        """Sends a new layout if it differs."""
+        self._last = time.monotonic()
+        outline = _outline(self._contents, live=self._live)
+        if outline == self._outline:
+            return
+        self._outline = outline
+        taken = self._shown() == self._views
+        self._recording.send_blueprint(self._made(), make_active=taken, make_default=True)
+
+    def _made(self) -> rrb.Blueprint:
+        made = layout(self._contents, self._words, live=self._live)
+        self._views = {str(view.id) for view in _views(getattr(made, "root_container", None))}
+        return made
+
+    def _shown(self) -> set[str] | None:
+        """Returns the ids of the viewer's views; None if they are unknown."""
+        if self._viewer is None:
+            return None
+        with contextlib.suppress(Exception):  # it is experimental: what it may raise is not said
+            from rerun.experimental import ViewerClient
+
+            self._client = self._client or ViewerClient.connect(self._viewer)
+            return {str(view.view_id) for view in self._client.get_state().views}
+        return None
+
+
+def _views(part: Any) -> Iterator[Any]:
+    if isinstance(part, rrb.Container):
+        for one in part.contents:
+            yield from _views(one)
+    elif part is not None:
+        yield part
+
+
+def _outline(contents: Contents, *, live: bool) -> tuple[object, ...]:
+    """Returns the contents as far as layouts depend on them.
+
+    live: without ranges of values, because no axis depends on them.
+    """
+    return (
+        tuple((plot.entity, tuple(one.varies for one in plot.series)) for plot in contents.plots.values()),
+        () if live else tuple(contents.ranges.items()),
+        () if live else tuple((one.least, one.greatest) for plot in contents.plots.values() for one in plot.series),
+        tuple(contents.told),
+        tuple((entity, len(levels) > 1) for entity, levels in contents.listed.items()),
+        tuple((lane.entity, lane.fault) for lane in contents.lanes.values()),
+        frozenset(contents.sync),
+        frozenset(contents.windows),
+        tuple(contents.delays),
+        tuple((bus, charts.axis(contents.peaks.get(bus, 0))) for bus in contents.load),
+        contents.frames > 0,
+        bool(contents.logged),
+        contents.crowded,
+        contents.findings > 0,
+        tuple(contents.durations) if contents.brief else (),
+        contents.summary,
+        contents.timed,
+    )
+
 
 _WAITING: Final = 64
 """Maximum number of batches that wait for the first annotated frame."""

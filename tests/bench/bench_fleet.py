@@ -33,8 +33,7 @@ from canalyze.check.policy import Policy
 from canalyze.configuration.network import Known
 from canalyze.fleet import run as runs
 from canalyze.fleet.clusters import ENGINES, Beside
-from canalyze.fleet.sources import Capture, captures
-from canalyze.fleet.stores import place
+from canalyze.fleet.stores import Capture, captures, place
 from canalyze.fleet.task import Piece, Work, do
 from canalyze.running.pool import Pool, at_once
 

@@ -302,7 +302,7 @@ class Requests {
   }
 
   /**
-   * Makes a DCF of what was written to a node and accepted, as canalyze/reports/od_files.py does.
+   * Makes a DCF of what was written to a node and accepted, as canalyze/dictionary/files.py does.
    * @param {{number: number, node: number, keys: [string, string][]}} asked
    */
   async dcf({ number, node, keys }) {

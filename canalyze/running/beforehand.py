@@ -1,7 +1,11 @@
-"""Descriptions that devices hold themselves (1021h), taken out of captures before these are read for their own sake.
+"""Captures read for the options of a command, before it reads them for their own sake.
 
-What was read of 1021h, or written to it, becomes a file that counts as one of `--eds` for its node. Only what is whole
-and reads as a description is used; any other is reported. Must not: overrule what the user has said of a node.
+Descriptions that devices hold themselves: what was read of 1021h, or written to it, becomes a file that counts as one
+of `--eds` for its node. Only what is whole and reads as a description is used; any other is reported.
+
+The short forms of --filter, as conditions of its expression: what they choose and what the expression chooses must both
+hold. A problem is found by a diagnosis. Must not: overrule what the user has said of a node, judge, or read an
+expression.
 """
 
 import os
@@ -15,14 +19,17 @@ import click
 
 from canalyze.configuration.descriptions import Carrier, carriers, network
 from canalyze.configuration.network import Description, Known
-from canalyze.configuration.options import configured, known_of, start_session, usage
+from canalyze.configuration.options import PROBLEM, SHORT, configured, known_of, open_session, start_session, usage
 from canalyze.dictionary import read
 from canalyze.errors import SourceError
-from canalyze.output import complain
+from canalyze.output import Output, Progress, complain
 from canalyze.records import records
+from canalyze.records.problems import Problem
 from canalyze.records.transfers import Transfer
+from canalyze.reports.diagnosis import near, tree
+from canalyze.reports.wording import ranges
 from canalyze.running.run import NoProgress, Run
-from canalyze.sources.file import STDIN
+from canalyze.sources.file import STDIN, total_size
 from canalyze.sources.names import expanded
 from canalyze.words import Words
 
@@ -94,3 +101,35 @@ def _held(
     if code >= 128:
         context.exit(code)
     return held, formats
+
+
+def choose(context: click.Context, words: Words) -> None:
+    """Adds the conditions of the short forms before the expression of --filter."""
+    given = context.params
+    conditions = [given.get(one.name) for one in SHORT]
+    if (number := given.get(PROBLEM.name)) is not None:
+        conditions.append(_near(number, context, words))
+    # An expression whose last quotation mark is missing goes on to its end: it comes last.
+    given["expression"] = " ".join(filter(None, [*conditions, given["expression"]])) or None
+
+
+def _near(number: int, context: click.Context, words: Words) -> str | None:
+    """Returns the condition for the frames around a problem and what comes from it; None if nothing could be read."""
+    given: Any = context.params
+    names = given["files"]
+    if not names or STDIN in names:
+        raise usage(words, "opt.problem_stdin")
+    session = open_session(words, given, format="diagnosis", stamps=given["stamps"])
+    results: list[bytes] = []
+    progress = Progress(words, Output(), total_size(names), until_output=True)
+    code = Run(session, words, progress, results.append, given, tell=lambda _: None).over(names)
+    if code >= 128:
+        context.exit(code)
+    if not session.frames:
+        return None
+    by_id = {one.id: one for one in records(b"".join(results), Problem)}
+    if number not in by_id:
+        key = "diagnose.no_problem" if by_id else "diagnose.no_problems"
+        raise usage(words, key, number=number, numbers=ranges(by_id, ", "))
+    frames = near(one for _, one in tree(by_id[number], by_id))
+    return f"frame={ranges((frame for frame in frames if frame > 0), ',')}"

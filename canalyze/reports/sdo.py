@@ -1,10 +1,10 @@
-"""The table of SDO transfers: its columns, the cells of a transfer, and files that were taken out below it.
+"""The table of SDO transfers: its columns, the cells of a transfer; and below it the files that transfers have moved.
 
-What a transfer is, the core says.
+A file is a line, with what it is, its size and its check sums. What a transfer is, the core says.
 """
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 from canalyze.output import Output
@@ -48,10 +48,8 @@ def list_files(files: list[dict[str, Any]], out: Output, words: Words, *, as_jso
     if as_json:
         out.write("".join(json.dumps(file) + "\n" for file in files).encode())
     elif files:
-        from canalyze.reports.file_table import show
-
         out.text("\n")
-        show(files, out, words)
+        show_files(files, out, words)
 
 
 def columns(words: Words, *, moments: bool = True, since_start: bool = False) -> list[Column]:
@@ -127,3 +125,29 @@ def _outcome(one: Transfer, words: Words) -> str:
     if abort is None:
         return said
     return " ".join(filter(None, (said, f"({words.of('by', abort.by)})", f"{abort.digits}h", abort.text)))
+
+
+_FILE: Final = ("file", "size", "contents", "crc", "software", "outcome")
+
+
+def show_files(files: Sequence[Mapping[str, Any]], out: Output, words: Words) -> None:
+    """Writes them."""
+    names = {key: words(f"col.{key}" if key in ("size", "outcome") else f"contents.{key}") for key in _FILE}
+    rows = [_file(file, words) for file in files]
+    kept = [place for place, _ in enumerate(_FILE) if any(row[place] for row in rows)]
+    table = Table([Column(names[_FILE[place]], folds=_FILE[place] == "contents") for place in kept], out, live=False)
+    table.add([Row([row[place] or EMPTY for place in kept], number) for number, row in enumerate(rows)])
+    table.close()
+
+
+def _file(file: Mapping[str, Any], words: Words) -> list[str]:
+    found, damage = file["contents"], file["damage"]
+    said = words(f"contents.{found['kind']}", **found) if found else ""
+    if damage:
+        said += "; " + words("contents_damage.damaged", problem=words(f"contents_damage.{damage['kind']}", **damage))
+    size = str(file["size"])
+    if file["size_indicated"] not in (None, file["size"]):
+        size = words("contents.of", size=size, indicated=file["size_indicated"])
+    crc = "" if file["crc"] is None else file["crc"] + "h" + ("" if file["crc_ok"] else f" {words('contents.wrong')}")
+    software = "" if file["software"] is None else f"{file['software']:08X}h"
+    return [file["file"], size, said, crc, software, words.of("status", file["status"])]

@@ -1,18 +1,22 @@
-"""Many captures in figures, for people: a line each, then which rules found something in how many of them.
+"""Many captures in figures, for people: a line each, then which rules found something in how many; or a page.
 
-Must not: count what the core counts, or judge.
+The page loads nothing, and everything of a capture is escaped. It has no capture inside, as `canalyze.html` has: fleets
+are larger than a page. Must not: count what the core counts, judge, or read a capture.
 """
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import TypeVar
+from html import escape
+from typing import Final, TypeVar
 
+from canalyze import html
+from canalyze.check.verdict import Verdict
 from canalyze.output import Output, dyed, printable
 from canalyze.records.problems import Problem
 from canalyze.records.summary import Bus, Capture, Node, Raised
 from canalyze.records.summary import Record as Summarized
 from canalyze.reports import table, wording
-from canalyze.reports.diagnosis_text import Diagnosed
+from canalyze.reports.diagnosis import Diagnosed
 from canalyze.reports.table import EMPTY, Column
 from canalyze.words import Words
 
@@ -119,3 +123,41 @@ def _figures(records: Sequence[Summarized]) -> list[str]:
         f"{max(loads):.1f}%" if loads else EMPTY,
         str(sum(one.count for one in _of(Raised, records))),
     ]
+
+
+_SAID: Final = 20
+"""Findings of one capture that are shown at most."""
+_STATES: Final = {"unread": "unknown", "failing": "open", "passing": "ended"}
+"""In the order in which captures are listed, with the class in the style of the page."""
+
+
+def page(captures: Sequence[tuple[Verdict, int]], words: Words) -> bytes:
+    """Returns the page. captures: each with the number of findings that count."""
+    rows = sorted(
+        ((_state(one), one, findings) for one, findings in captures), key=lambda row: [*_STATES].index(row[0])
+    )
+    states = [state for state, _, _ in rows]
+    counts = " · ".join(f"{words(f'fleet.{state}')} {states.count(state)}" for state in _STATES)
+    names = ("capture", "", "frames", "findings", "")
+    head = "".join(f"<th>{escape(words(f'fleet.{name}')) if name else ''}</th>" for name in names)
+    body = "\n".join(_row(*row, words) for row in rows)
+    return html.static(
+        words.lang,
+        "canalyze fleet",
+        f'<header class="fleet"><h1>canalyze fleet</h1><p id="verdict">{escape(counts)}</p></header>\n'
+        f'<section id="index" class="fleet"><table>\n<tr>{head}</tr>\n{body}\n</table></section>',
+    )
+
+
+def _state(verdict: Verdict) -> str:
+    return "unread" if verdict.error is not None else "failing" if verdict.failed else "passing"
+
+
+def _row(state: str, verdict: Verdict, findings: int, words: Words) -> str:
+    said = [wording.title(one.finding) + ": " + wording.sentence(one, words) for one in verdict.failures]
+    said += [printable(one.message) for one in verdict.stories if one.id in verdict.problems]
+    said = ([printable(verdict.error)] if verdict.error else []) + said[:_SAID]
+    name, shown = escape(wording.capture_name(verdict.file)), escape(words(f"fleet.{state}"))
+    lines = "<br>".join(map(escape, said))
+    cells = f'<td>{name}</td><td class="{_STATES[state]}">{shown}</td><td>{verdict.frames}</td><td>{findings}</td>'
+    return f"<tr>{cells}<td>{lines}</td></tr>"

@@ -1,12 +1,32 @@
-"""A device description for people: the device, its objects, its PDOs, its defects, one block each."""
+"""A device description for people: the device, its objects, PDOs, defects; as JSON lines; its PDOs as a DBC file.
 
-from collections.abc import Iterable, Sequence
+What is in a DBC file, `canalyze/dictionary/dbc.py` decides. Keys of JSON are only ever added; a test freezes them.
+
+kind `dictionary`, one a file:
+    kind file form encoding node node_name bit_rate vendor vendor_number product product_number revision order_code
+    file_name file_version file_revision eds_version description created modified comments bit_rates lss dummies objects
+kind `object`, one a sub-object, in order:
+    kind file line index sub object name type type_name access default parameter value offset mappable low high unit
+    factor. `default`, `parameter` and `value` (what the device starts with) are null where they need a node-ID and none
+    is known; `offset` is what is added to the node-ID in `value`, null where it does not depend on it.
+kind `pdo`, one a PDO:
+    kind file line pdo direction number cob_id base relative valid rtr extended assumed transmission inhibit event_timer
+    sync_start multiplex bits mapped; inhibit in 100 us, event_timer in ms. `mapped` has objects with
+    index sub offset bits name type dummy; offset is a bit position in the payload.
+kind `defect`, one a defect:
+    kind file line code effect facts
+
+Indices, identifiers, type codes and bytes are hexadecimal strings, integers beyond 2^53 are decimal strings.
+"""
+
+import os
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
-from canalyze._core import CobId, Pdo
-from canalyze.dictionary.model import ARRAY, RECORD, Defect, Dictionary, Entry, NodeOffset, Object, Value
-from canalyze.dictionary.values import NAMES
-from canalyze.output import Output, printable
+from canalyze._core import CobId, Mapped, Pdo
+from canalyze.dictionary.dbc import Described, made
+from canalyze.dictionary.model import ARRAY, NAMES, RECORD, Defect, Dictionary, Entry, NodeOffset, Object, Value
+from canalyze.output import Output, complain, jsonl, printable
 from canalyze.output.layout import definitions, width
 from canalyze.reports import table
 from canalyze.reports.table import Column
@@ -40,11 +60,7 @@ _TRANSMISSION: Final[dict[str, tuple[tuple[range, str], ...]]] = {
         (range(254, 255), "event_manufacturer"),
         (range(255, 256), "event_profile"),
     ),
-    "rpdo": (
-        (range(241), "at_sync"),
-        (range(254, 255), "at_once_manufacturer"),
-        (range(255, 256), "at_once_profile"),
-    ),
+    "rpdo": ((range(241), "at_sync"), (range(254, 255), "at_once_manufacturer"), (range(255, 256), "at_once_profile")),
 }
 """Transmission types, CiA 301 tables 66 and 72; all others are reserved."""
 
@@ -289,3 +305,135 @@ def _table(
 ) -> None:
     columns = [Column(words(f"col.{key}"), right=key in set(right), folds=key in set(folds)) for key in keys]
     table.write(columns, rows, out)
+
+
+_EXACT: Final = 1 << 53
+
+
+def json_lines(found: Dictionary) -> Iterator[str]:
+    """Returns all lines of one description."""
+    file = os.fsencode(found.file).decode("utf-8", "backslashreplace")
+    yield _line("dictionary", file, _head(found))
+    for thing in found.objects:
+        for entry in thing.entries:
+            yield _line("object", file, _entry_fields(thing, entry, found.node))
+    for pdo in found.pdos:
+        yield _line("pdo", file, _pdo_fields(pdo, found))
+    for defect in found.defects:
+        facts = {name: fact if isinstance(fact, int | float) else str(fact) for name, fact in defect.facts.items()}
+        yield _line("defect", file, {"line": defect.line, "code": defect.code, "effect": defect.effect, "facts": facts})
+
+
+def _line(kind: str, file: str, rest: dict[str, object]) -> str:
+    return jsonl.text({"kind": kind, "file": file} | rest)
+
+
+def _head(found: Dictionary) -> dict[str, object]:
+    device, info = found.device, found.info
+    return {
+        "form": found.form,
+        "encoding": found.encoding,
+        "node": found.node,
+        "node_name": found.node_name,
+        "bit_rate": _json_number(found.bit_rate),
+        "vendor": device.vendor_name,
+        "vendor_number": _json_number(device.vendor_number),
+        "product": device.product_name,
+        "product_number": _json_number(device.product_number),
+        "revision": _json_number(device.revision_number),
+        "order_code": device.order_code,
+        "file_name": info.name,
+        "file_version": info.version,
+        "file_revision": info.revision,
+        "eds_version": info.eds_version,
+        "description": info.description,
+        "created": info.created,
+        "modified": info.modified,
+        "comments": list(found.comments),
+        "bit_rates": list(device.bit_rates),
+        "lss": device.lss,
+        "dummies": [f"{kind:04X}" for kind in sorted(found.dummies)],
+        "objects": len(found.objects),
+    }
+
+
+def _entry_fields(thing: Object, entry: Entry, node: int | None) -> dict[str, object]:
+    return {
+        "line": entry.line,
+        "index": f"{entry.index:04X}",
+        "sub": entry.sub,
+        "object": thing.name,
+        "name": entry.name,
+        "type": f"{entry.type:04X}",
+        "type_name": NAMES.get(entry.type),
+        "access": entry.access,
+        "default": _json_value(entry.default, node),
+        "parameter": _json_value(entry.parameter, node),
+        "value": _json_value(entry.value, node),
+        "offset": _json_number(entry.value.offset) if isinstance(entry.value, NodeOffset) else None,
+        "mappable": entry.mappable,
+        "low": _json_number(entry.low),
+        "high": _json_number(entry.high),
+        "unit": entry.unit,
+        "factor": entry.factor,
+    }
+
+
+def _pdo_fields(pdo: Pdo, found: Dictionary) -> dict[str, object]:
+    cob = pdo.cob_id
+    identifier = cob.at(found.node)
+    communication = found.object(pdo.communication)
+    return {
+        "line": communication.line if communication else 0,
+        "pdo": f"{pdo.direction.upper()}{pdo.number}",
+        "direction": pdo.direction,
+        "number": pdo.number,
+        "cob_id": None if identifier is None else f"{identifier:X}",
+        "base": f"{cob.base:X}",
+        "relative": cob.relative,
+        "valid": cob.valid,
+        "rtr": cob.rtr_allowed,
+        "extended": cob.extended,
+        "assumed": cob.assumed,
+        "transmission": pdo.transmission,
+        "inhibit": pdo.inhibit,
+        "event_timer": pdo.event_timer,
+        "sync_start": pdo.sync_start,
+        "multiplex": pdo.multiplex,
+        "bits": pdo.bits,
+        "mapped": [_mapped_fields(one, found) for one in pdo.mapped],
+    }
+
+
+def _mapped_fields(of: Mapped, found: Dictionary) -> dict[str, object]:
+    entry = None if of.dummy else found.entry(of.index, of.sub)
+    return {
+        "index": f"{of.index:04X}",
+        "sub": of.sub,
+        "offset": of.offset,
+        "bits": of.bits,
+        "name": entry.name if entry else None,
+        "type": f"{entry.type:04X}" if entry else None,
+        "dummy": of.dummy,
+    }
+
+
+def _json_value(value: Value | None, node: int | None) -> object:
+    if isinstance(value, NodeOffset):
+        return None if node is None else _json_number(value.at(node))
+    if isinstance(value, bytes):
+        return value.hex().upper()
+    return value if isinstance(value, str) else _json_number(value)
+
+
+def _json_number(value: int | float | None) -> object:
+    return str(value) if isinstance(value, int) and abs(value) > _EXACT else value
+
+
+def write_dbc(out: Output, words: Words, name: str, result: bytes, described: Described) -> None:
+    """Writes the PDOs of one bus. CanalyzeError where that cannot be."""
+    found = made(result, described)
+    out.write(found.data)
+    complain(f"canalyze: {words('dbc.written', name=name, messages=found.messages, signals=found.signals)}")
+    for key, facts in found.said:
+        complain(f"canalyze: {name}: {words(key, **facts)}")

@@ -1,7 +1,8 @@
-"""The report of `diagnose` for people: the verdict, the stories in the order in which they matter, the nodes.
+"""The problems that are asked for, by node, bus and time, and the report of `diagnose` for people about them.
 
-An ordinary capture takes at most 30 lines: where there is more, the least important is left out, and the last line says
-how to see it. Must not: judge.
+The verdict, the stories in the order in which they matter, the nodes: an ordinary capture takes at most 30 lines.
+Where there is more, the least important is left out, and the last line says how to see it. Must not: judge, or read a
+capture.
 """
 
 import re
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from msgspec.structs import replace
 
+from canalyze.errors import SourceError
 from canalyze.output import Output, dyed, printable
 from canalyze.output.layout import pad, width, wrap
 from canalyze.records.problems import Overview, Problem, Step
@@ -249,10 +251,7 @@ def _findings(one: Problem, rules: Mapping[str, str], words: Words) -> list[str]
 def _further(one: Problem, names: Sequence[str], words: Words) -> str:
     """Returns the commands to type next."""
     file = wording.capture_name(names[0]) if len(names) == 1 else "FILE"
-    commands = [
-        f"canalyze explain {one.kind}",
-        f"canalyze decode {file} --frame {_around(one.begin.frame)}",
-    ]
+    commands = [f"canalyze explain {one.kind}", f"canalyze decode {file} --frame {_around(one.begin.frame)}"]
     if one.cause is not None:
         commands.insert(0, f"canalyze {file} -n {one.cause.id}")
     return str(words("diagnose.more", said=" · ".join(commands)))
@@ -438,10 +437,7 @@ def _more(told: Sequence[Problem], names: Sequence[str], hidden: int, words: Wor
     commands = []
     if told:
         first = told[0]
-        commands = [
-            f"canalyze {file} -n {first.id}",
-            f"canalyze decode {file} --frame {_around(first.begin.frame)}",
-        ]
+        commands = [f"canalyze {file} -n {first.id}", f"canalyze decode {file} --frame {_around(first.begin.frame)}"]
     else:
         commands = [f"canalyze summary {file}", f"canalyze decode {file}"]
     if hidden:
@@ -451,3 +447,49 @@ def _more(told: Sequence[Problem], names: Sequence[str], hidden: int, words: Wor
 
 def _around(frame: int) -> str:
     return f"{max(frame - 5, 1)}-{frame + 5}"
+
+
+FAIL_ON: Final = {"open": ("open",), "unknown": ("open", "unknown"), "ended": ("open", "unknown", "ended")}
+"""Statuses of problems that make the command fail, by --fail-on."""
+
+
+def fails(shown: Iterable[Problem], fail_on: str | None) -> bool:
+    """Returns true if a problem is there that --fail-on is about."""
+    failing = FAIL_ON.get(fail_on or "", ())
+    return any(one.status in failing and one.is_root for one in shown)
+
+
+def check_places(chosen: Chosen, incidents: list[Problem], whole: Overview, words: Words) -> None:
+    """Raises where the bus or the node that is asked for is not in the capture."""
+    places = {(one.bus, one.node) for one in whole.nodes}
+    places |= {(one.bus, number) for one in incidents for number in _concerned(one)}
+    buses = sorted({bus for bus in (*whole.buses, *(one.bus for one in incidents)) if bus})
+    if chosen.bus is not None and chosen.bus not in buses:
+        key = "diagnose.no_bus" if buses else "diagnose.no_buses"
+        raise SourceError(key, bus=chosen.bus or '""', buses=words("reports.list").join(buses))
+    nodes = {node for bus, node in places if chosen.bus in (None, bus)}
+    if chosen.node is not None and chosen.node not in nodes:
+        if not nodes:
+            raise SourceError("diagnose.no_nodes", node=chosen.node)
+        key = "diagnose.no_node" if chosen.bus is None else "diagnose.no_node_on"
+        raise SourceError(key, node=chosen.node, bus=chosen.bus, nodes=wording.ranges(nodes, ", "))
+
+
+def _concerned(one: Problem) -> tuple[int, ...]:
+    """Returns the nodes of a problem."""
+    return one.nodes if one.node is None else (one.node, *one.nodes)
+
+
+def select(incidents: list[Problem], whole: Overview | None, chosen: Chosen) -> list[Problem]:
+    """Returns the problems that are asked for, each with its causes and consequences."""
+    node, bus, since = chosen
+    begin = float((whole and whole.begin) or 0)
+    by_id = {one.id: one for one in incidents}
+
+    def fits(one: Problem) -> bool:
+        late = since is None or one.end is None or one.end.t is None or float(one.end.t) - begin >= since
+        about = node is None or node in _concerned(one)
+        return late and about and (bus is None or one.bus == bus)
+
+    roots = {root(one, by_id).id for one in incidents if fits(one)}
+    return [one for one in incidents if root(one, by_id).id in roots]
