@@ -10,8 +10,6 @@ import tempfile
 from contextlib import nullcontext
 from typing import Any, Final
 
-import click
-
 from canalyze import exporting
 from canalyze.check.judging import JUDGING, held_policy, job_of, known_findings
 from canalyze.commands.export import TABLE
@@ -29,6 +27,7 @@ from canalyze.configuration.options import (
     argument,
     option,
     positive,
+    typed,
 )
 from canalyze.running.passes import Pass, pass_command
 
@@ -81,16 +80,13 @@ def _engine(text: str) -> tuple[str, str | None] | None:
 
 def _agree(one: Pass) -> None:
     """Raises a usage error for what is missing, and for what does not go together."""
-    context = click.get_current_context()
-    typed = click.core.ParameterSource.COMMANDLINE
     if not one.sources:
         raise one.usage("usage.missing", what="SOURCE")
     if one.output is None:
         raise one.usage("fleet.no_output")
-    for name, of in _OF.items():
-        if of != one.action and context.get_parameter_source(name) == typed:
-            option = next(param.opts[0] for param in context.command.params if param.name == name)
-            raise one.usage("fleet.other", option=option, action=of)
+    for param in typed():
+        if (of := _OF.get(param.name or "", one.action)) != one.action:
+            raise one.usage("fleet.other", option=param.opts[0], action=of)
 
 
 command = pass_command(

@@ -37,18 +37,11 @@ def run(words: Words, *, topic: str | None) -> int:
     return 0
 
 
-class _Topic(click.types.StringParamType):
-    """Any text, completed by the shell from the topics."""
+def _completed(_: click.Context, __: click.Parameter, begun: str) -> list[str]:
+    """Returns the topics that begin so, for a shell."""
+    from canalyze.pages import TOPICS
 
-    def shell_complete(
-        self, ctx: click.Context, param: click.Parameter, incomplete: str
-    ) -> list["click.shell_completion.CompletionItem"]:
-        """Returns the topics that begin so."""
-        from click.shell_completion import CompletionItem
-
-        from canalyze.pages import TOPICS
-
-        return [CompletionItem(topic) for topic in TOPICS if topic.startswith(incomplete.lower())]
+    return [topic for topic in TOPICS if topic.startswith(begun.lower())]
 
 
 def _unknown(topic: str, words: Words) -> str:
@@ -90,4 +83,4 @@ def _rendered(text: str) -> str:
     return console.file.getvalue()
 
 
-command = simple_command("help", run, argument("topic", "TOPIC", required=False, type=_Topic()), paged=True)
+command = simple_command("help", run, argument("topic", "TOPIC", required=False, shell_complete=_completed), paged=True)

@@ -9,9 +9,7 @@ import os
 from pathlib import Path
 from typing import Final
 
-import click
-
-from canalyze.configuration.options import ANY_PATH, READING, argument, option, usage
+from canalyze.configuration.options import ANY_PATH, READING, argument, option, typed, usage
 from canalyze.errors import CanalyzeError
 from canalyze.output import terminal_encoding
 from canalyze.running.listening import LISTENING, OwnOptions
@@ -29,10 +27,8 @@ def run(one: Pass) -> int:
     """Shows what is named."""
     names, words = one.given.pop("names"), one.words
     files = _are_files(names, one.interface, words)
-    context = click.get_current_context()
-    for param in context.command.params:
-        given = context.get_parameter_source(param.name or "") is click.core.ParameterSource.COMMANDLINE
-        if given and param.name in (_CHANNELS if files else _FILES):
+    for param in typed():
+        if param.name in (_CHANNELS if files else _FILES):
             raise usage(words, "monitor.only_channels" if files else "monitor.only_files", option=param.opts[-1])
     _refuse(words)
     from canalyze.monitor.opening import Shown, listen, replay

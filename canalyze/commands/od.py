@@ -1,10 +1,15 @@
 """`canalyze od`: the objects of the devices, by what the traffic shows of them. What that is, the core says."""
 
+from typing import TYPE_CHECKING
+
 import click
 
 from canalyze.configuration import network
-from canalyze.configuration.options import COLOR, FILES, SHORT, TIME, form, option
+from canalyze.configuration.options import ANY_PATH, COLOR, FILES, SHORT, TIME, form, option
 from canalyze.running.passes import AT, FORMS, Pass, capture_command, has_object, settings_of
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 
 def run(one: Pass) -> int:
@@ -36,26 +41,21 @@ def run(one: Pass) -> int:
     return code
 
 
-class _FileOrPart(click.Path):
-    """A file, completed by the shell also as a second word of the command."""
+def _completed(context: click.Context, row: click.Parameter, begun: str) -> "list[CompletionItem]":
+    """Returns the second words of the command that begin so, then files, for a shell."""
+    from click.shell_completion import CompletionItem
 
-    def shell_complete(
-        self, ctx: click.Context, param: click.Parameter, incomplete: str
-    ) -> list["click.shell_completion.CompletionItem"]:
-        """Returns the second words that begin so, then files."""
-        from click.shell_completion import CompletionItem
+    from canalyze.cli import PARTS
 
-        from canalyze.cli import PARTS
-
-        parts = () if ctx.params.get("files") else PARTS["od"]
-        found = [CompletionItem(part) for part in parts if part.startswith(incomplete)]
-        return [*found, *super().shell_complete(ctx, param, incomplete)]
+    parts = () if context.params.get("files") else PARTS["od"]
+    found = [CompletionItem(part) for part in parts if part.startswith(begun)]
+    return [*found, *ANY_PATH.shell_complete(context, row, begun)]
 
 
 command = capture_command(
     "od",
     run,
-    FILES._replace(more={"nargs": -1, "type": _FileOrPart(allow_dash=True, readable=False)}),
+    FILES._replace(more={**FILES.more, "shell_complete": _completed}),
     option("--history", usual=0),
     AT,
     option("--node", "N", network.node, "node", key="od.node_id", topic="chosen"),

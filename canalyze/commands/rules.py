@@ -11,11 +11,11 @@ from canalyze.output.layout import definitions, wrap
 from canalyze.words import Words
 
 if TYPE_CHECKING:
-    import click.shell_completion
+    from click.shell_completion import CompletionItem
 
     from canalyze._core import Rule
 
-_FIELDS: Final = ("code", "name", "severity", "clause", "message", "meaning", "cause")
+_FIELDS: Final = "code name severity clause message meaning cause"
 _NEAR: Final = 0.6
 """Likeness from which on a code may be the one that was meant; 1 is the same."""
 
@@ -42,8 +42,7 @@ def run(words: Words, *, codes: tuple[str, ...], form: str) -> int:
     out = Output()
     if form == "jsonl":
         for rule in chosen:
-            fields = {field: getattr(rule, field) for field in _FIELDS}
-            out.write(jsonl.line({"kind": "rule", **fields}))
+            out.write(jsonl.line({"kind": "rule", **jsonl.fields(rule, _FIELDS)}))
     elif listed:
         _list(chosen, out, words)
     else:
@@ -51,19 +50,13 @@ def run(words: Words, *, codes: tuple[str, ...], form: str) -> int:
     return code
 
 
-class _Code(click.types.StringParamType):
-    """Any text, completed by the shell from the catalogue."""
+def _completed(_: click.Context, __: click.Parameter, begun: str) -> "list[CompletionItem]":
+    """Returns the codes that begin so, for a shell."""
+    from click.shell_completion import CompletionItem
 
-    def shell_complete(
-        self, ctx: click.Context, param: click.Parameter, incomplete: str
-    ) -> list["click.shell_completion.CompletionItem"]:
-        """Returns the codes that begin so."""
-        from click.shell_completion import CompletionItem
+    from canalyze._core import rules
 
-        from canalyze._core import rules
-
-        found = (rule for rule in rules() if rule.code.startswith(incomplete.upper()))
-        return [CompletionItem(rule.code, help=rule.name) for rule in found]
+    return [CompletionItem(rule.code, help=rule.name) for rule in rules() if rule.code.startswith(begun.upper())]
 
 
 def _unknown(wanted: str, codes: list[str], words: Words) -> str:
@@ -76,11 +69,10 @@ def _unknown(wanted: str, codes: list[str], words: Words) -> str:
 
 
 def _list(catalogue: "list[Rule]", out: Output, words: Words) -> None:
-    from canalyze.reports.table import Column, write
+    from canalyze.reports.table import columns, write
 
-    columns = [Column(words(f"col.{key}"), folds=key == "message") for key in ("code", "severity", "rule", "message")]
     rows = ([rule.code, words.of("severity", rule.severity), rule.name, rule.message] for rule in catalogue)
-    write(columns, rows, out)
+    write(columns(words, ["code", "severity", "rule", "message"], folds=["message"]), rows, out)
 
 
 def _page(rule: "Rule", words: Words) -> str:
@@ -99,5 +91,5 @@ def _clause(clause: str, words: Words) -> str:
 
 
 command = simple_command(
-    "rules", run, form("text", "jsonl"), argument("codes", "CODE", nargs=-1, type=_Code()), paged=True
+    "rules", run, form("text", "jsonl"), argument("codes", "CODE", nargs=-1, shell_complete=_completed), paged=True
 )

@@ -8,10 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-import click
-from click.core import ParameterSource
-
-from canalyze.configuration.options import BITRATE, FILES, FORCE, PROBLEM, READING, usage
+from canalyze.configuration.options import BITRATE, FILES, FORCE, PROBLEM, READING, typed, usage
 from canalyze.errors import SourceError
 from canalyze.output import Output
 from canalyze.running.passes import Pass, pass_command
@@ -60,10 +57,8 @@ def _check_names(names: tuple[str, ...], save: str | None) -> None:
 
 def _check_options(words: Words) -> None:
     """Raises a usage error for what is asked of a timeline that is ready: what is on it is there already."""
-    context = click.get_current_context()
-    for param in context.command.params:
-        given = context.get_parameter_source(param.name or "") is ParameterSource.COMMANDLINE
-        if given and param.name not in _OF_VIEWER:
+    for param in typed():
+        if param.name not in _OF_VIEWER:
             raise usage(words, "view.too_late", option=param.opts[0])
 
 

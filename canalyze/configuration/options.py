@@ -313,17 +313,16 @@ LISTING: Final = (
 """Options of an annotated listing; -t has the time between lines, too."""
 
 
+def typed() -> list[click.Parameter]:
+    """Returns the parameters that are on the command line."""
+    context = click.get_current_context()
+    line = click.core.ParameterSource.COMMANDLINE
+    return [one for one in context.command.params if context.get_parameter_source(one.name or "") is line]
+
+
 def filters_given() -> list[str]:
     """Returns the options of the command line that choose what is shown."""
-    context = click.get_current_context()
-    typed = click.core.ParameterSource.COMMANDLINE
-    return [
-        one.opts[-1]
-        for one in context.command.params
-        if isinstance(one, HelpOption)
-        and one.topic == "chosen"
-        and context.get_parameter_source(one.name or "") is typed
-    ]
+    return [one.opts[-1] for one in typed() if isinstance(one, HelpOption) and one.topic == "chosen"]
 
 
 def clock(time: str | None, form: str, output: str | None) -> str | None:

@@ -17,7 +17,7 @@ from canalyze.errors import CanalyzeError, ConfigError, OutputError, SourceError
 from canalyze.fleet import stores, task
 from canalyze.fleet.stores import Capture, Place, content, place
 from canalyze.fleet.task import Action, Manifest, Piece, Work, do, problems_of, records_of, verdict_of
-from canalyze.output import Output, Progress, complain, open_output
+from canalyze.output import Kept, Output, Progress, complain, open_output
 from canalyze.output import jsonl as json_lines
 from canalyze.records import of_rows
 from canalyze.records.problems import KEYS
@@ -26,18 +26,6 @@ from canalyze.reports import check, diagnosis, fleet, junit
 from canalyze.running.pool import Executor, Failure, Pool, processors
 from canalyze.running.run import Interrupt
 from canalyze.words import Words
-
-
-class _Kept(Output):
-    """An output that keeps its data in memory."""
-
-    def __init__(self) -> None:
-        self.is_terminal = False
-        self.is_quiet = True
-        self.data = bytearray()
-
-    def write(self, data: bytes) -> None:
-        self.data += data
 
 
 def show(action: Action, done: Sequence[Manifest], out: Output, words: Words, *, whole: bool) -> None:
@@ -62,7 +50,7 @@ def show(action: Action, done: Sequence[Manifest], out: Output, words: Words, *,
 def write(action: Action, done: Sequence[Manifest], place: Place, name: str, words: Words, *, html: bool) -> list[str]:
     """Writes all reports under a name; returns their names."""
     verdicts = [verdict_of(action, one) for one in done]
-    text = _Kept()
+    text = Kept()
     show(action, done, text, words, whole=True)
     lines = check.json_lines(verdicts) if action == "check" else _records(action, done)
     reports = {
@@ -71,8 +59,6 @@ def write(action: Action, done: Sequence[Manifest], place: Place, name: str, wor
         "xml": junit.document(verdicts, words),
     }
     if html:
-        from canalyze.reports import fleet
-
         reports["html"] = fleet.page([(verdict_of(action, one), one.findings) for one in done], words)
     for form, data in reports.items():
         place.put(f"{name}.{form}", data)

@@ -14,7 +14,6 @@ import time
 from collections import deque
 from collections.abc import AsyncIterable, AsyncIterator, Callable, Iterator, Mapping
 from copy import copy
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Self, TypeVar, Unpack
 
 from canalyze.configuration import network
@@ -143,7 +142,7 @@ class Stream:
         """Returns it."""
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         """Stops it."""
         self.stop()
 
@@ -382,7 +381,7 @@ class Bus(Stream):
         """Ends the receiving; events that were received still follow."""
         self._receiving.stop()
 
-    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         """Stops it and closes the channels."""
         self._receiving.close()
         self._results.close()

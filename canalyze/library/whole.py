@@ -13,7 +13,7 @@ from canalyze.library import open as open_
 from canalyze.library.capture import Capture
 from canalyze.library.columns import html_table
 from canalyze.library.rows import ObjectLike, Problems, address, one_of
-from canalyze.output import Output
+from canalyze.output import Kept
 from canalyze.records.frames import Frame
 from canalyze.records.problems import Problem
 
@@ -153,19 +153,6 @@ class Inventory(Sequence[Mapping[str, Any]]):
         return f"<Inventory: {len(self)} objects of {len(self.nodes)} nodes>"
 
 
-class _Text(Output):
-    """Takes what a report would print."""
-
-    is_terminal = False
-    is_quiet = True
-
-    def __init__(self) -> None:
-        self.data = bytearray()
-
-    def write(self, data: bytes) -> None:
-        self.data += data
-
-
 def diff(
     a: "Source | Capture",
     b: "Source | Capture",
@@ -205,9 +192,9 @@ def summary(source: "Source | Capture", **options: Unpack[Options]) -> Summary:
 
     capture = _capture(source, options)
     result = capture.through("summary")[1]
-    text = _Text()
+    text = Kept()
     show(result, text, Words(capture.lang))
-    return Summary([json.loads(line) for line in result.splitlines()], text.data.decode("utf-8", "replace"))
+    return Summary([json.loads(line) for line in result.splitlines()], str(text))
 
 
 def diagnose(source: "Source | Capture", **options: Unpack[Options]) -> Diagnosis:
@@ -220,11 +207,11 @@ def diagnose(source: "Source | Capture", **options: Unpack[Options]) -> Diagnosi
 
     capture = _capture(source, options)
     found, whole = capture.diagnosed
-    text = _Text()
+    text = Kept()
     names = [capture.name] if len(capture.paths) == 1 else []
     everything = Chosen(None, None, None)
     show(of_buses(found), whole, text, Words(capture.lang), names, everything=False, chosen=everything)
-    return Diagnosis(capture.problems, text.data.decode("utf-8", "replace"))
+    return Diagnosis(capture.problems, str(text))
 
 
 def explain(
@@ -287,9 +274,9 @@ def od(source: "Source | Capture", *, at: float | None = None, **options: Unpack
     capture = _capture(source, options)
     until_ns = None if at is None else round(at * 1e9)
     objects, shown = (capture.through(form, until_ns=until_ns)[1] for form in ("objects", "objects-text"))
-    text = _Text()
+    text = Kept()
     show(shown, text, Words(capture.lang))
-    return Inventory(map(json.loads, objects.splitlines()), text.data.decode("utf-8", "replace"))
+    return Inventory(map(json.loads, objects.splitlines()), str(text))
 
 
 def convert(

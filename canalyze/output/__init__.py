@@ -140,7 +140,7 @@ class Output:
         """Returns the output."""
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         """Does nothing."""
 
     def write(self, data: bytes) -> None:
@@ -176,6 +176,24 @@ class Output:
         return None
 
 
+class Kept(Output):
+    """An output that keeps its data in memory."""
+
+    is_terminal = False
+    is_quiet = True
+
+    def __init__(self) -> None:
+        """Creates an output without data."""
+        self.data = bytearray()
+
+    def __str__(self) -> str:
+        return self.data.decode("utf-8", "replace")
+
+    def write(self, data: bytes) -> None:
+        """Keeps lines."""
+        self.data += data
+
+
 class FileOutput(Output):
     """A file, complete when its block ends without an error; an existing one is replaced only with `force`."""
 
@@ -207,7 +225,7 @@ class FileOutput(Output):
         """The path of the part, for a writer that opens by name."""
         return str(self._path)
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         """Renames the part to the file, or removes it after an error; after a signal it is kept as a part."""
         try:
             os.close(self._fd)
@@ -425,7 +443,7 @@ class Pager:
         Output.pager = self
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         """Restores the terminal, and waits until the user closes the pager."""
         Output.pager = None
         if self._process is None:

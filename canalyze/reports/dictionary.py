@@ -20,7 +20,7 @@ Indices, identifiers, type codes and bytes are hexadecimal strings, integers bey
 """
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import Final
 
 from canalyze._core import CobId, Mapped, Pdo
@@ -28,8 +28,7 @@ from canalyze.dictionary.dbc import Described, made
 from canalyze.dictionary.model import ARRAY, NAMES, RECORD, Defect, Dictionary, Entry, NodeOffset, Object, Value
 from canalyze.output import Output, complain, jsonl, printable
 from canalyze.output.layout import definitions, width
-from canalyze.reports import table
-from canalyze.reports.table import Column
+from canalyze.reports.table import columns, write
 from canalyze.words import Words
 
 _SHOWN: Final = range(0x1000, 0x102A)
@@ -128,7 +127,7 @@ def _objects(found: Dictionary, out: Output, words: Words, *, every: bool) -> No
         return
     _heading(out, words("eds.objects" if every else "eds.communication_objects"))
     keys = ["object", "name", "type", "access", *(("pdo_mapping", "limits", "unit") if every else ()), "value"]
-    _table(out, words, keys, rows, folds={"name", "value"})
+    write(columns(words, keys, folds={"name", "value"}), rows, out)
 
 
 def _telling(thing: Object, every: bool) -> list[tuple[Entry, Entry]]:
@@ -202,7 +201,7 @@ def _areas(found: Dictionary, out: Output, words: Words) -> None:
             entries = sum(len(thing.entries) for thing in things)
             rows.append([span, words(f"area.{key}"), str(len(things)), str(entries)])
     _heading(out, words("eds.areas"))
-    _table(out, words, ["range", "area", "objects", "entries"], rows, right={"objects", "entries"})
+    write(columns(words, ["range", "area", "objects", "entries"], right={"objects", "entries"}), rows, out)
 
 
 def _pdos(found: Dictionary, out: Output, words: Words) -> None:
@@ -211,11 +210,13 @@ def _pdos(found: Dictionary, out: Output, words: Words) -> None:
     keys = ["pdo", "cob_id", "state", "rtr", "transmission", "inhibit", "event_timer", "sync_start", "bits"]
     right = {"inhibit", "event_timer", "sync_start", "bits"}
     _heading(out, words("eds.pdos"))
-    _table(out, words, keys, [_pdo(pdo, found.node, words) for pdo in found.pdos], right=right, folds={"transmission"})
+    pdos = [_pdo(pdo, found.node, words) for pdo in found.pdos]
+    write(columns(words, keys, right=right, folds={"transmission"}), pdos, out)
     rows = [row for pdo in found.pdos for row in _mapped(pdo, found, words)]
     if rows:
         _heading(out, words("eds.mapping"))
-        _table(out, words, ["pdo", "bit", "object", "type", "signal"], rows, right={"bit"}, folds={"signal"})
+        keys = ["pdo", "bit", "object", "type", "signal"]
+        write(columns(words, keys, right={"bit"}, folds={"signal"}), rows, out)
 
 
 def _name(pdo: Pdo) -> str:
@@ -294,19 +295,6 @@ def defect_line(defect: Defect, file: str, words: Words) -> str:
     return f"{place}: {words(f'effect.{defect.effect}')}: {said} [{defect.code}]"
 
 
-def _table(
-    out: Output,
-    words: Words,
-    keys: Sequence[str],
-    rows: list[list[str]],
-    *,
-    right: Iterable[str] = (),
-    folds: Iterable[str] = (),
-) -> None:
-    columns = [Column(words(f"col.{key}"), right=key in set(right), folds=key in set(folds)) for key in keys]
-    table.write(columns, rows, out)
-
-
 _EXACT: Final = 1 << 53
 
 
@@ -331,10 +319,8 @@ def _line(kind: str, file: str, rest: dict[str, object]) -> str:
 def _head(found: Dictionary) -> dict[str, object]:
     device, info = found.device, found.info
     return {
-        "form": found.form,
-        "encoding": found.encoding,
-        "node": found.node,
-        "node_name": found.node_name,
+        **jsonl.fields(found, "form encoding"),
+        **jsonl.fields(found, "node node_name"),
         "bit_rate": _json_number(found.bit_rate),
         "vendor": device.vendor_name,
         "vendor_number": _json_number(device.vendor_number),
@@ -345,10 +331,7 @@ def _head(found: Dictionary) -> dict[str, object]:
         "file_name": info.name,
         "file_version": info.version,
         "file_revision": info.revision,
-        "eds_version": info.eds_version,
-        "description": info.description,
-        "created": info.created,
-        "modified": info.modified,
+        **jsonl.fields(info, "eds_version description created modified"),
         "comments": list(found.comments),
         "bit_rates": list(device.bit_rates),
         "lss": device.lss,
@@ -374,8 +357,7 @@ def _entry_fields(thing: Object, entry: Entry, node: int | None) -> dict[str, ob
         "mappable": entry.mappable,
         "low": _json_number(entry.low),
         "high": _json_number(entry.high),
-        "unit": entry.unit,
-        "factor": entry.factor,
+        **jsonl.fields(entry, "unit factor"),
     }
 
 
@@ -386,21 +368,13 @@ def _pdo_fields(pdo: Pdo, found: Dictionary) -> dict[str, object]:
     return {
         "line": communication.line if communication else 0,
         "pdo": f"{pdo.direction.upper()}{pdo.number}",
-        "direction": pdo.direction,
-        "number": pdo.number,
+        **jsonl.fields(pdo, "direction number"),
         "cob_id": None if identifier is None else f"{identifier:X}",
         "base": f"{cob.base:X}",
-        "relative": cob.relative,
-        "valid": cob.valid,
+        **jsonl.fields(cob, "relative valid"),
         "rtr": cob.rtr_allowed,
-        "extended": cob.extended,
-        "assumed": cob.assumed,
-        "transmission": pdo.transmission,
-        "inhibit": pdo.inhibit,
-        "event_timer": pdo.event_timer,
-        "sync_start": pdo.sync_start,
-        "multiplex": pdo.multiplex,
-        "bits": pdo.bits,
+        **jsonl.fields(cob, "extended assumed"),
+        **jsonl.fields(pdo, "transmission inhibit event_timer sync_start multiplex bits"),
         "mapped": [_mapped_fields(one, found) for one in pdo.mapped],
     }
 
@@ -409,9 +383,7 @@ def _mapped_fields(of: Mapped, found: Dictionary) -> dict[str, object]:
     entry = None if of.dummy else found.entry(of.index, of.sub)
     return {
         "index": f"{of.index:04X}",
-        "sub": of.sub,
-        "offset": of.offset,
-        "bits": of.bits,
+        **jsonl.fields(of, "sub offset bits"),
         "name": entry.name if entry else None,
         "type": f"{entry.type:04X}" if entry else None,
         "dummy": of.dummy,

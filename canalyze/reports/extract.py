@@ -34,6 +34,7 @@ from canalyze import _core
 from canalyze.dictionary import read
 from canalyze.dictionary.dbc import identifier
 from canalyze.errors import OutputError, SourceError
+from canalyze.output import jsonl
 from canalyze.output.writing import Part
 from canalyze.records import records
 from canalyze.records.transfers import Transfer
@@ -183,9 +184,9 @@ def _described(path: Path, status: str, holes: Sequence[Hole], about: Transfer) 
     summed = whole and about.mode == "block" and about.crc_negotiated
     return {
         "transfer": about.number,
-        **{key: getattr(about, key) for key in ("bus", "node", "direction", "index", "sub", "name", "status")},
+        **jsonl.fields(about, "bus node direction index sub name status"),
         "complete": whole,
-        **{key: getattr(about, key) for key in ("size", "size_indicated")},
+        **jsonl.fields(about, "size size_indicated"),
         "contents": found and {"kind": found.kind, **found.facts},
         "damage": damage and {"kind": damage[0], **damage[1]},
         "suffix": found.suffix if found else None,

@@ -17,7 +17,7 @@ from canalyze.records.summary import Bus, Capture, Node, Raised
 from canalyze.records.summary import Record as Summarized
 from canalyze.reports import table, wording
 from canalyze.reports.diagnosis import Diagnosed
-from canalyze.reports.table import EMPTY, Column
+from canalyze.reports.table import EMPTY
 from canalyze.words import Words
 
 T = TypeVar("T")
@@ -26,10 +26,7 @@ T = TypeVar("T")
 def show(captures: Sequence[tuple[str, str | None, Sequence[Summarized]]], out: Output, words: Words) -> None:
     """Writes the tables. captures: name, why it was not read as a whole, records of `summary`."""
     right = ("frames", "seconds", "nodes", "transfers", "load", "findings")
-    columns = [
-        Column(words("fleet.capture"), folds=True),
-        *(Column(words(f"fleet.{name}"), right=True) for name in right),
-    ]
+    columns = table.columns(words, ["capture", *right], of="fleet", right=right, folds=["capture"])
     table.write(columns, ([name, *_figures(records)] for name, _, records in captures), out)
     found = Counter[str]()
     spread = Counter[str]()
@@ -40,10 +37,7 @@ def show(captures: Sequence[tuple[str, str | None, Sequence[Summarized]]], out: 
             spread[title] += 1
     if found:
         out.text("\n")
-        columns = [
-            Column(words("fleet.rule")),
-            *(Column(words(f"fleet.{name}"), right=True) for name in ("files", "count")),
-        ]
+        columns = table.columns(words, ["rule", "files", "count"], of="fleet", right=["files", "count"])
         ordered = sorted(spread.items(), key=lambda row: (-row[1], row[0]))
         table.write(columns, ([title, str(files), str(found[title])] for title, files in ordered), out)
     frames = sum(one.frames for _, _, records in captures for one in _of(Capture, records))
@@ -68,12 +62,8 @@ def show_problems(captures: Sequence[Diagnosed], out: Output, words: Words) -> N
         return [len({name for name, _ in found}), *(states[state] for state in ("open", "unknown", "ended"))]
 
     ordered = sorted(spread.items(), key=lambda item: (-figures(item[1])[1], -figures(item[1])[0], item[0]))
-    columns = [
-        Column(words("fleet.problem")),
-        Column(words("fleet.node"), right=True),
-        *(Column(words(f"fleet.{name}"), right=True) for name in ("files", "open", "unknown", "ended")),
-        Column(words("fleet.worst"), folds=True),
-    ]
+    right = ("node", "files", "open", "unknown", "ended")
+    columns = table.columns(words, ["problem", *right, "worst"], of="fleet", right=right, folds=["worst"])
     rank = ("open", "unknown", "ended")
     rows = []
     for (kind, nodes), found in ordered:
@@ -90,8 +80,7 @@ def show_tables(captures: Sequence[Mapping[str, int]], out: Output, words: Words
     for one in captures:
         rows.update(one)
         files.update(one.keys())
-    right = (Column(words(f"fleet.{name}"), right=True) for name in ("files", "rows"))
-    columns = [Column(words("fleet.table")), *right]
+    columns = table.columns(words, ["table", "files", "rows"], of="fleet", right=["files", "rows"])
     table.write(columns, ([name, str(files[name]), str(rows[name])] for name in sorted(rows)), out)
 
 

@@ -30,7 +30,7 @@ from canalyze.output import Output, dyed, jsonl, printable
 from canalyze.output.layout import definitions
 from canalyze.records import records
 from canalyze.records.inventory import Head, Object, ObjectValue, Refusal
-from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table, write
+from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table, columns, write
 from canalyze.words import Words
 
 SOURCES: Final = ("read", "written", "tpdo", "rpdo", "emcy", "refused", "unconfirmed")
@@ -41,7 +41,6 @@ _RIGHT: Final = frozenset({"bits", "time", "frame", "node"})
 _FOLDS: Final = frozenset({"value", "seen", "aborts", "in_force"})
 _LEAVING: Final = {"time": 1, "bits": 2, "frame": 3, "seen": SPARE, "type": SPARE + 1, "name": SPARE + 2}
 """In which order columns leave a terminal that is too narrow."""
-_AGAINST: Final = ("severity", "object", "name", "difference", "frame")
 _NAMED: Final = 8
 """Objects that are listed where only their number and the reason are reported."""
 
@@ -60,9 +59,8 @@ def show(result: bytes, out: Output, words: Words) -> None:
         out.text("".join(f"{line}\n" for line in definitions(facts)))
         rows = [_object(one, words) for one in objects]
         kept = [place for place, _ in enumerate(_OBJECTS) if any(row[place] != EMPTY for row in rows)]
-        table = Table([_column(_OBJECTS[place], words) for place in kept], out, live=False)
-        table.add([Row([row[place] for place in kept], number) for number, row in enumerate(rows)])
-        table.close()
+        shown = ([row[place] for place in kept] for row in rows)
+        write(_columns([_OBJECTS[place] for place in kept], words), shown, out)
         if node.further:
             out.text(words("od.further", count=node.further) + "\n")
 
@@ -73,7 +71,7 @@ class History:
     def __init__(self, out: Output, words: Words, *, live: bool) -> None:
         """Begins a table on an output. live: rows may not wait for others."""
         self._words = words
-        self._table = Table([_column(key, words) for key in _HISTORY], out, live=live)
+        self._table = Table(_columns(_HISTORY, words), out, live=live)
         self._rows = 0
 
     def put(self, lines: bytes) -> None:
@@ -113,14 +111,8 @@ def _fact(node: Head, key: str, words: Words) -> str:
     return f"{fact}h"
 
 
-def _column(key: str, words: Words) -> Column:
-    return Column(
-        words(f"col.{key}"),
-        right=key in _RIGHT,
-        folds=key in _FOLDS,
-        leaves=_LEAVING.get(key, 0),
-        if_alike=key in ("bus", "node"),
-    )
+def _columns(keys: Sequence[str], words: Words) -> list[Column]:
+    return columns(words, keys, right=_RIGHT, folds=_FOLDS, leaves=_LEAVING)
 
 
 def _object(one: Object, words: Words) -> list[str]:
@@ -201,7 +193,7 @@ def show_differences(found: Compared, out: Output, words: Words, *, every: bool)
         keys = ("object", "name", "a", "b", *(("reason",) if every else ()))
         rows = [_difference(one, pair, found, words, every=every) for one in shown]
         if rows:
-            write([Column(words(f"col.{key}"), folds=key in ("name", "a", "b")) for key in keys], rows, out)
+            write(columns(words, keys, folds=("name", "a", "b")), rows, out)
         if apart and not every:
             out.text("".join(f"{line}\n" for line in _apart(apart, words)))
         out.text("\n")
@@ -336,21 +328,11 @@ def show_against(held: against.Comparison, file: str, out: Output, words: Words)
     told = words("check.then").join(said) or words("against.alike")
     out.text(words("against.head", node=held.node, name=printable(Path(file).name), said=told) + "\n")
     colours = {words.of("severity", key): key for key in counts}
-    headings = (words(f"col.{key}") if key != "difference" else words("against.col") for key in _AGAINST)
-    columns = [
-        Column(
-            heading,
-            right=key == "frame",
-            folds=key in ("name", "difference"),
-            leaves={"frame": 1, "name": 2}.get(key, 0),
-            colour=colours.__getitem__ if key == "severity" else None,
-        )
-        for key, heading in zip(_AGAINST, headings, strict=True)
-    ]
+    keys, leaves = ("severity", "object", "name", "frame"), {"frame": 1, "name": 2}
+    severity, *middle, frame = columns(words, keys, right=["frame"], folds=["name"], leaves=leaves)
+    shown = [severity._replace(colour=colours.__getitem__), *middle, Column(words("against.col"), folds=True), frame]
     if held.differences:
-        table = Table(columns, out, live=False)
-        table.add([Row(_against_cells(one, words), number) for number, one in enumerate(held.differences)])
-        table.close()
+        write(shown, (_against_cells(one, words) for one in held.differences), out)
     unseen = len(held.unseen)
     out.text(words("against.seen", all=held.seen + unseen, seen=held.seen, unseen=unseen) + "\n")
 

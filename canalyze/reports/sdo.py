@@ -10,6 +10,7 @@ from typing import Any, Final
 from canalyze.output import Output
 from canalyze.records import records
 from canalyze.records.transfers import Transfer
+from canalyze.reports import table
 from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
 from canalyze.words import Words
 
@@ -57,11 +58,9 @@ def columns(words: Words, *, moments: bool = True, since_start: bool = False) ->
 
     moments: times are not asked for: they may become shorter, and leave. since_start: they are short already.
     """
-    leaving = dict(LEAVING)
-    made = {
-        key: Column(words(f"col.{key}"), right=key in RIGHT, folds=key in FOLDING, leaves=leaving.get(key, 0))
-        for key in COLUMNS
-    }
+    made = dict(
+        zip(COLUMNS, table.columns(words, COLUMNS, right=RIGHT, folds=FOLDING, leaves=dict(LEAVING)), strict=True)
+    )
     for key in ("bus", "node"):
         made[key] = made[key]._replace(if_alike=True)
     if moments and since_start:
@@ -135,9 +134,8 @@ def show_files(files: Sequence[Mapping[str, Any]], out: Output, words: Words) ->
     names = {key: words(f"col.{key}" if key in ("size", "outcome") else f"contents.{key}") for key in _FILE}
     rows = [_file(file, words) for file in files]
     kept = [place for place, _ in enumerate(_FILE) if any(row[place] for row in rows)]
-    table = Table([Column(names[_FILE[place]], folds=_FILE[place] == "contents") for place in kept], out, live=False)
-    table.add([Row([row[place] or EMPTY for place in kept], number) for number, row in enumerate(rows)])
-    table.close()
+    columns = [Column(names[_FILE[place]], folds=_FILE[place] == "contents") for place in kept]
+    table.write(columns, ([row[place] or EMPTY for place in kept] for row in rows), out)
 
 
 def _file(file: Mapping[str, Any], words: Words) -> list[str]:

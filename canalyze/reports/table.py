@@ -5,11 +5,13 @@ their order and measured, up to a bound; rows of a live source are written when 
 here: what may go from a narrow terminal, and when, the columns say.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Final, NamedTuple
 
 from canalyze.output import Output, dyed, printable
 from canalyze.output.layout import folded, pad, width
+from canalyze.words import Words
 
 EMPTY: Final = "-"
 """A cell without anything in it."""
@@ -143,6 +145,21 @@ class Table:
             dye = zip(padded, colours, strict=True)
             padded = [dyed(cell, colour, out=self._out) if colour else cell for cell, colour in dye]
         return _GAP.join(padded).rstrip()
+
+
+def columns(
+    words: Words,
+    keys: Sequence[str],
+    *,
+    of: str = "col",
+    right: Collection[str] = (),
+    folds: Collection[str] = (),
+    leaves: Mapping[str, int] = MappingProxyType({}),
+) -> list[Column]:
+    """Returns a column for each key, headed by the words `of.KEY`; leaves: the turn of some to leave."""
+    return [
+        Column(words(f"{of}.{key}"), right=key in right, folds=key in folds, leaves=leaves.get(key, 0)) for key in keys
+    ]
 
 
 def write(columns: Sequence[Column], rows: Iterable[Iterable[str]], out: Output) -> None:

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from contextlib import closing
 from functools import partial
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import TYPE_CHECKING, Protocol, Self, TypeVar
 
 from canalyze.errors import ReaderGone, SourceError
@@ -44,7 +44,7 @@ class Interrupt:
                 self._before[number] = signal.signal(number, self._wish)
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         """Restores the handlers of the signals."""
         for number, handler in self._before.items():
             if handler is not None:
