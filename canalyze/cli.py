@@ -23,7 +23,7 @@ from canalyze.configuration.config import Config, settle, spoken
 from canalyze.configuration.options import COMMON, built, option
 from canalyze.errors import CanalyzeError, ConfigError, CoreError, ReaderGone
 from canalyze.output import Output, complain, shows_chinese
-from canalyze.output.help import located, page, screen, usage_line
+from canalyze.output.help import Located, page, screen, usage_line
 from canalyze.words import Words
 
 TOPICS: Final = {
@@ -56,7 +56,7 @@ _FORMER_PARTS: Final = {"--diff": "diff", "--against": "against"} | dict.fromkey
 _SETTLED_FIRST: Final = ("--lang", "--config")
 
 
-class Group(click.Group):
+class Group(Located, click.Group):
     """The commands, imported on demand, with help in the language of the run."""
 
     def __init__(self, words: Words) -> None:
@@ -91,11 +91,6 @@ class Group(click.Group):
         near = _near(args[0])
         key = "usage.no_command_near" if near else "usage.no_command"
         raise click.UsageError(self._words(key, name=args[0] or '""', near=self._words("usage.or").join(near)), ctx)
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parses the arguments; an error gets its context."""
-        with located(ctx):
-            return super().parse_args(ctx, args)
 
     def get_help(self, ctx: click.Context) -> str:
         """Returns the page."""

@@ -13,6 +13,8 @@ never an error here; the core reports it in findings and complaints.
 """
 
 import errno
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from canalyze.words import Words
 
@@ -66,6 +68,15 @@ class BrokenOff(OutputError):
 
 class CoreError(CanalyzeError):
     """The compiled core is missing."""
+
+
+@contextmanager
+def as_error(kind: type[CanalyzeError], key: str, /, **facts: object) -> Iterator[None]:
+    """Raises an OSError of the block as an error of this kind, with itself as the reason among the facts."""
+    try:
+        yield
+    except OSError as error:
+        raise kind(key, **facts, error=error) from error
 
 
 def _said(fact: object, words: Words) -> object:

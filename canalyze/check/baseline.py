@@ -219,8 +219,3 @@ def most(counts: Iterable[Mapping[Kind | ProblemKind, int]]) -> dict[Kind | Prob
         for kind, count in one.items():
             known[kind] = max(count, known.get(kind, 0))
     return known
-
-
-def exists(name: str) -> bool:
-    """Returns true if the file exists."""
-    return Path(name).exists()

@@ -4,6 +4,7 @@ The baseline is read, and rewritten; its entries that no longer occur are report
 """
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, Final
 
 import click
@@ -107,7 +108,7 @@ def updated(held: policy.Policy, examined: Sequence[Examined], words: Words, *, 
     name = held.baseline or ""
     if not whole:
         complain(f"canalyze: {words('baseline.kept', name=name)}")
-        return baseline.read(name) if baseline.exists(name) else {}
+        return baseline.read(name) if Path(name).exists() else {}
     verdicts = [policy.judge(one, held, {}) for one in examined]
     known = baseline.most(
         policy.counted(verdict.failures) + policy.problems(policy.failing(held, verdict.incidents))

@@ -1,89 +1,62 @@
 """`canalyze eds`: what a device description says, and what is wrong with it."""
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
-
 from canalyze.configuration import network
-from canalyze.configuration.options import ANY_PATH, FILES, OUTPUT, form, inputs, option, usage
+from canalyze.configuration.options import ANY_PATH, FILES, OUTPUT, form, option
 from canalyze.errors import CanalyzeError
-from canalyze.output import Output, complain, open_output
-from canalyze.output.help import simple_command
-from canalyze.words import Words
-
-if TYPE_CHECKING:
-    from canalyze.dictionary.model import Dictionary
+from canalyze.output import open_output
+from canalyze.running.passes import Pass, pass_command
 
 
-def run(
-    words: Words,
-    *,
-    files: tuple[str, ...],
-    node: int | None,
-    dbc: str | None,
-    every: bool,
-    form: str,
-    output: str | None,
-    force: bool,
-) -> int:
+def run(one: Pass) -> int:
     """Shows each description, or writes a DBC file of one."""
     from canalyze.dictionary import load
+    from canalyze.reports import dictionary
 
-    names = inputs(files, words)
-    if dbc:
-        return _dbc(words, names, node, dbc, force=force, others={"--all": every, "--output": output is not None})
+    names = one.names
+    if one.dbc:
+        return _dbc(one)
     code = shown = 0
-    with open_output(output, force=force) as out:
-        show = _jsonl(out) if form == "jsonl" else _text(out, words, every)
+    with open_output(one.output, force=one.force) as out:
         for name in names:
             try:
-                found = load(name, node)
+                found = load(name, one.node)
             except CanalyzeError as error:
-                complain(f"canalyze: {error.in_words(words)}")
+                one.complain(error.in_words(one.words))
                 code = error.exit_code
                 continue
-            if shown and form == "text":
-                out.text("\n")
-            show(found)
+            if one.form == "jsonl":
+                out.write("".join(line + "\n" for line in dictionary.json_lines(found)).encode())
+            else:
+                if shown:
+                    out.text("\n")
+                dictionary.show(found, out, one.words, every=one.every)
             shown += 1
         if not shown:
             out.drop()
     return code
 
 
-def _dbc(
-    words: Words, names: tuple[str, ...], node: int | None, dbc: str, *, force: bool, others: dict[str, bool]
-) -> int:
+def _dbc(one: Pass) -> int:
     """Writes the PDOs of one description, as the core knows them before a capture."""
     from canalyze import _core
     from canalyze.dictionary import load
     from canalyze.reports import dictionary
 
+    others = {"--all": one.every, "--output": one.output is not None}
     for other in (other for other, given in others.items() if given):
-        raise usage(words, "usage.exclusive", one="--dbc", other=other)
-    if len(names) > 1:
-        raise usage(words, "eds.dbc_one")
-    found = load(names[0], node)
+        raise one.usage("usage.exclusive", one="--dbc", other=other)
+    if len(one.names) > 1:
+        raise one.usage("eds.dbc_one")
+    found = load(one.names[0], one.node)
     if found.node is None:
-        raise usage(words, "eds.dbc_node")
+        raise one.usage("eds.dbc_node")
     pdos = _core.Network(descriptions=[(None, found.node, found.table)]).pdos().encode()
-    with open_output(dbc, force=force) as out:
-        dictionary.write_dbc(out, words, dbc, pdos, lambda _, __, *at: found.entry(*at))
+    with open_output(one.dbc, force=one.force) as out:
+        dictionary.write_dbc(out, one.words, one.dbc, pdos, lambda _, __, *at: found.entry(*at))
     return 0
 
 
-def _jsonl(out: Output) -> "Callable[[Dictionary], None]":
-    from canalyze.reports.dictionary import json_lines
-
-    return lambda found: out.write("".join(line + "\n" for line in json_lines(found)).encode())
-
-
-def _text(out: Output, words: Words, every: bool) -> "Callable[[Dictionary], None]":
-    from canalyze.reports.dictionary import show
-
-    return lambda found: show(found, out, words, every=every)
-
-
-command = simple_command(
+command = pass_command(
     "eds",
     run,
     FILES,

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from canalyze.configuration.options import ANY_PATH, FORCE, argument, option
-from canalyze.errors import OutputError
+from canalyze.errors import OutputError, as_error
 from canalyze.output import FileOutput, Output
 from canalyze.output.help import simple_command
 from canalyze.reports import wording
@@ -31,10 +31,8 @@ def run(words: Words, *, directory: str | None, pages: bool, force: bool) -> int
 
 def _write(path: Path, data: bytes, *, force: bool) -> str:
     """Writes a file and the folder that it is in; returns its name."""
-    try:
+    with as_error(OutputError, "output.write", name=path.parent):
         path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError("output.write", name=path.parent, error=error) from error
     with FileOutput(str(path), force=force) as file:
         file.write(data)
     return str(path)

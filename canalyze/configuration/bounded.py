@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final, TypeVar
 
-from canalyze.errors import ConfigError
+from canalyze.errors import ConfigError, as_error
 
 T = TypeVar("T")
 MOST: Final = 2 << 20
@@ -29,10 +29,8 @@ def checked(path: Path, read: Callable[[bytes, str], T], unreadable: str) -> T:
     """Returns a file as the core reads it; ConfigError for an error in it, `unreadable` if it cannot be opened."""
     from canalyze._core import SettingsError
 
-    try:
+    with as_error(ConfigError, unreadable, file=path):
         found = content(path)
-    except OSError as error:
-        raise ConfigError(unreadable, file=path, error=error) from error
     try:
         return read(found, str(path).encode("utf-8", "backslashreplace").decode())
     except SettingsError as error:

@@ -22,7 +22,7 @@ from stat import S_ISREG
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from canalyze import expectations
-from canalyze.errors import CanalyzeError, ConfigError, OutputError, SourceError
+from canalyze.errors import CanalyzeError, ConfigError, OutputError, SourceError, as_error
 from canalyze.output.writing import Part, write_all
 from canalyze.sources.names import below, expanded, matching, named_as_capture
 
@@ -102,7 +102,7 @@ class _Folder:
         import os
 
         path = self._path / name
-        try:
+        with as_error(OutputError, "output.write", name=path):
             path.parent.mkdir(parents=True, exist_ok=True)
             part = Part(path, replace=True)
             try:
@@ -114,17 +114,13 @@ class _Folder:
             except BaseException:
                 part.discard()
                 raise
-        except OSError as error:
-            raise OutputError("output.write", name=path, error=error) from error
 
     @contextmanager
     def beside(self, name: str, scratch: str | None) -> Iterator[Path]:
         folder = self._path / "_parts" / name  # where renaming is enough, and the next attempt finds it
-        try:
+        with as_error(OutputError, "output.write", name=folder):
             shutil.rmtree(folder, ignore_errors=True)
             folder.mkdir(parents=True)
-        except OSError as error:
-            raise OutputError("output.write", name=folder, error=error) from error
         try:
             yield folder
         finally:
@@ -134,11 +130,9 @@ class _Folder:
 
     def bring(self, path: Path, name: str) -> None:
         final = self._path / name
-        try:
+        with as_error(OutputError, "output.write", name=final):
             final.parent.mkdir(parents=True, exist_ok=True)
             path.replace(final)
-        except OSError as error:
-            raise OutputError("output.write", name=final, error=error) from error
 
     def remove(self, name: str) -> None:
         with suppress(OSError):
@@ -336,11 +330,8 @@ def content(name: str, *, beside: bool) -> str:
     for path in _parts(name, beside=beside):
         if path.exists() and not path.is_file():
             return ""
-        try:
-            with path.open("rb") as file:
-                found.append(hashlib.file_digest(file, "sha256").hexdigest())
-        except OSError as error:
-            raise SourceError("source.open", name=path, error=error) from error
+        with as_error(SourceError, "source.open", name=path), path.open("rb") as file:
+            found.append(hashlib.file_digest(file, "sha256").hexdigest())
     return " ".join(found)
 
 

@@ -28,7 +28,7 @@ from canalyze.check.policy import Policy
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.configuration.descriptions import carriers
 from canalyze.configuration.options import known_of
-from canalyze.errors import SourceError
+from canalyze.errors import SourceError, as_error
 from canalyze.fleet.stores import Capture, Place, content, fetched, place, stamp
 from canalyze.records import of_rows
 from canalyze.records.problems import KEYS, Problem
@@ -159,10 +159,8 @@ class Work:
         digest = hashlib.sha256(repr(said).encode("utf-8", "surrogateescape"))
         files = [one.file for known in (self.job.filed, known_of(self.job.given)) for one in known.descriptions]
         for file in [*files, *filter(None, [self.job.expect])]:
-            try:
+            with as_error(SourceError, "source.open", name=file):
                 digest.update(hashlib.sha256(Path(file).read_bytes()).digest())
-            except OSError as error:
-                raise SourceError("source.open", name=file, error=error) from error
         self.settings = digest.hexdigest()[:32]
 
     @property

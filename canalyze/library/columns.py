@@ -1,11 +1,13 @@
 """Tables: their columns, in one list, and the way to pyarrow, pandas and polars, which are imported only then.
 
-Columns of the core's tables are as `render/columns/mod.rs` of the core has them; lists of the library have those of
-the table of the same name that their rows know. Must not: read a capture.
+Columns of the core's tables are those of its schema; lists of the library have those of the table of the same name
+that their rows know. Must not: read a capture.
 """
 
 import importlib
-from collections.abc import Iterable, Sequence
+import json
+from collections.abc import Collection, Iterable, Sequence
+from functools import cache
 from html import escape
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -19,51 +21,19 @@ if TYPE_CHECKING:
 
     from canalyze._core import Table as Core
 
-_COLUMNS: Final[dict[str, str]] = {
-    "frames": "frame:uint64 line:uint64? file:word t_ns:int64? bus:word? id:uint32 extended:bool kind:word brs:bool?"
-    " esi:bool? dir:word? len:uint8=bytes data:binary service:word node:uint8?",
-    "transfers": "transfer:uint64 bus:word? node:uint8 client:uint8? session:uint8?"
-    " direction:word mode:word index:uint16? sub:uint8? object:word?"
-    " name:word? type:word? size_indicated:uint32?=bytes size:uint64=bytes data:binary string:string? boolean:bool?"
-    " integer:int64? raw:uint64? value:float64? text:string status:word abort_code:uint32? abort_by:word?"
-    " abort_text:word? first_frame:uint64 last_frame:uint64 first_line:uint64? last_line:uint64? t_ns:int64?"
-    " duration_ns:int64? reordered:bool retransmissions:uint32 crc_negotiated:bool? findings:list<string>",
-    "states": "t_ns:int64? frame:uint64 bus:word? node:uint8? state:uint8? name:word? source:word command:uint8?",
-    "emcy": "t_ns:int64? frame:uint64 bus:word? node:uint8 code:uint16 name:word? register:uint8 manufacturer:binary"
-    " active:list<uint16> cleared:list<uint16>",
-    "findings": "code:word name:word severity:word file:word frame:uint64? line:uint64? t_ns:int64?"
-    " cause_frame:uint64? cause_line:uint64? about_frame:uint64? because_of:uint64? bus:word? node:uint8?"
-    " index:uint16? sub:uint8? message:string facts:string",
-    "sync_cycles": "cycle:uint64 frame:uint64 t_ns:int64? bus:word? period_ns:int64? counter:uint8? pdos:uint32"
-    " delay_min_ns:int64? delay_max_ns:int64? window_ns:int64?",
-    "signals": "t_ns:int64? frame:uint64 line:uint64? bus:word? node:uint8 pdo:word signal:word object:word"
-    " value:float64?=unit integer:int64?=unit raw:uint64? data:binary? unit:word? text:string? provenance:word",
-    "pdo": "t_ns:int64? frame:uint64 provenance:word cycle:uint64? delay_ns:int64? running_cycle:uint64",
-    "wide": "t_ns:int64? frame:uint64 provenance:word cycle:uint64? delay_ns:int64? running_cycle:uint64",
-    "objects": "t_ns:int64? frame:uint64 bus:word? node:uint8 index:uint16? sub:uint8? source:word name:word?"
-    " value:float64?=unit integer:int64?=unit text:string? unit:word?",
-    "od": "bus:word? node:uint8 index:uint16 sub:uint8 name:word? type:word? type_from:word? bits:uint64?=bits"
-    " access:word? readable:bool? writable:bool? exists:bool? value:float64? integer:int64? text:string? data:binary?"
-    " source:word? t_ns:int64? frame:uint64? values:uint64 read:uint64 written:uint64 tpdo:uint64 rpdo:uint64"
-    " emcy:uint64 refused:uint64 unconfirmed:uint64 abort_codes:list<uint32> in_force:uint64? in_force_from:word?"
-    " first_frame:uint64 last_frame:uint64",
-    "listing": "frame:uint64 t_ns:int64? cycle:uint64 bus:word? node:uint8? service:word severity:word? line:string",
-    "lanes": "lane:word t_ns:int64? frame:uint64 cycle:uint64 state:word? class:word?",
-    "log": "t_ns:int64? frame:uint64 cycle:uint64 bus:word? node:uint8? level:word source:word code:word text:string",
-    "load": "t_ns:int64 frame:uint64 cycle:uint64 bus:word? frames:uint32 bits:uint64=bits frames_per_s:float64=1/s"
-    " load_percent:float64?=%",
-    "problems": "id:uint32 problem:word status:word impact:word grade:word depth:uint64 bus:word? node:uint8?"
-    " nodes:list<uint8> axis:uint8? pdo:word? subject:word begin_frame:uint64 t_ns:int64? cycle:uint64"
-    " noticed_frame:uint64 noticed_t_ns:int64? end_frame:uint64? end_t_ns:int64? end_cycle:uint64? count:uint64"
-    " root:bool cause:uint32? cause_link:word? cause_grade:word? delay_ns:int64? frames:list<uint64> message:string"
-    " checks:string facts:string",
+_OWN: Final = {
     "nodes": "bus:word? node:uint8 name:string? frames:uint64 sent:uint64 tpdos:uint64 rpdos:uint64 state:word?"
-    " changes:uint64 boot_ups:uint64 error_control:word? heartbeats:uint64 heartbeat_mean_us:float64?=us"
-    " heartbeat_max_us:float64?=us transfers:uint64 ok:uint64 aborted:uint64 failed:uint64 incomplete:uint64"
-    " response_mean_us:float64?=us response_max_us:float64?=us emcy_count:uint64",
+    " changes:uint64 boot_ups:uint64 error_control:word? heartbeats:uint64 heartbeat_mean_us:float64?"
+    " heartbeat_max_us:float64? transfers:uint64 ok:uint64 aborted:uint64 failed:uint64 incomplete:uint64"
+    " response_mean_us:float64? response_max_us:float64? emcy_count:uint64",
     "events": "event:word frame:uint64? t_ns:int64? bus:word? node:uint8? text:string",
 }
-"""Name, type (`?`: may be null), and behind `=` a unit that the name does not end with."""
+"""Tables that the core does not build: names and types, `?` behind those that may be null."""
+_TEXTS: Final = frozenset({"text", "string", "message", "facts", "checks", "line"})
+"""Columns of the core's strings of which there are many different ones."""
+_UNITS: Final = {"len": "bytes", "size": "bytes", "size_indicated": "bytes", "bits": "bits"}
+_ENDS: Final = {"_ns": "ns", "_us": "us", "_percent": "%", "_per_s": "1/s"}
+"""Units by the end of a name."""
 _LISTED: Final = 10
 _WIDE: Final = 60
 
@@ -87,20 +57,42 @@ def columns(table: str) -> tuple[Column, ...]:
     which the signals follow. Lists of a capture give the same columns, as far as a row has them.
     """
     name = former.table(table)
-    if name not in _COLUMNS:
-        raise ValueError(f"table={table!r}: one of {', '.join(_COLUMNS)}")
-    return tuple(map(_column, _COLUMNS[name].split()))
+    if name not in (tables := column_tables()):
+        raise ValueError(f"table={table!r}: one of {', '.join(tables)}")
+    rows = [text.partition(":")[::2] for text in _OWN.get(name, "").split()]
+    own = [(name, kind.removesuffix("?"), kind.endswith("?")) for name, kind in rows]
+    made = own or _of_the_core(name)
+    names = {name for name, _, _ in made}
+    return tuple(Column(name, kind, _unit(name, names), nullable) for name, kind, nullable in made)
 
 
 def column_tables() -> tuple[str, ...]:
     """Returns the names of all tables."""
-    return tuple(_COLUMNS)
+    from canalyze._core import TABLES
+
+    return (*TABLES, *_OWN)
 
 
-def _column(text: str) -> Column:
-    said, _, unit = text.partition("=")
-    name, _, kind = said.partition(":")
-    return Column(name, kind.removesuffix("?"), unit or ("ns" if name.endswith("_ns") else ""), kind.endswith("?"))
+@cache
+def _of_the_core(table: str) -> tuple[tuple[str, str, bool], ...]:
+    """Returns name and type of each column of a table, and true if it may be null."""
+    from canalyze._core import schema
+
+    record = "pdo" if table == "wide" else table
+    rows = next(one["columns"] for one in json.loads(schema()) if one["table"] == record)
+    return tuple((row["column"], _type(row["column"], row["arrow"]), row["nullable"]) for row in rows if row["column"])
+
+
+def _type(name: str, arrow: str) -> str:
+    if arrow == "string" and name not in _TEXTS:
+        return "word"
+    return f"list<{item}>" if (item := arrow.removeprefix("list of ")) != arrow else arrow
+
+
+def _unit(name: str, names: Collection[str]) -> str:
+    if name in ("value", "integer") and "unit" in names:
+        return "unit"
+    return _UNITS.get(name) or next((unit for end, unit in _ENDS.items() if name.endswith(end)), "")
 
 
 class Tabular:

@@ -7,7 +7,7 @@ error after it, takes them. Must not: draw, or know the meaning of a frame.
 import threading
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from canalyze.errors import CanalyzeError, SourceError
 from canalyze.records import decoder
@@ -18,6 +18,8 @@ from canalyze.words import Words
 if TYPE_CHECKING:
     from canalyze._core import Session
     from canalyze.monitor.trace import Line
+    from canalyze.sources.live import Live
+    from canalyze.sources.replay import Replay
 
 T = TypeVar("T")
 
@@ -25,31 +27,6 @@ _KEPT: Final = 1000
 """Maximum number of complaints kept; later ones are counted."""
 _LONGEST: Final = 5.0
 """Maximum wait for the thread at the end, in seconds."""
-
-
-class Input(Protocol):
-    """A source, `sources.live.Live` or `sources.replay.Replay`, that can be stopped."""
-
-    def stop(self) -> None:
-        """Ends soon: `read` returns b"" after the waiting data."""
-
-
-class Playing(Protocol):
-    """A replay that can be paused and change its speed."""
-
-    speed: float
-    """Seconds of the capture per second; 0: without limit."""
-    paused: bool
-
-    def prime(self) -> bool:
-        """Reads up to the first frames; returns true if there are any."""
-
-    def faster(self, faster: bool) -> None:
-        """Doubles or halves the speed."""
-
-    @property
-    def fixed_rate(self) -> float | None:
-        """Frames per second of a capture without stamps; None if it has stamps."""
 
 
 class Watch:
@@ -60,7 +37,7 @@ class Watch:
         session: "Session",
         words: Words,
         name: str,
-        open_source: "Callable[[Watch], Input]",
+        open_source: "Callable[[Watch], Live | Replay]",
         *,
         replay: bool = False,
         recording: Callable[[], str] | None = None,
@@ -85,8 +62,8 @@ class Watch:
         self._more = 0
         self._lock = threading.Lock()
         source: Any = open_source(self)
-        self._source: Input = source
-        self.replay: Playing | None = source if replay else None
+        self._source: Live | Replay = source
+        self.replay: Replay | None = source if replay else None
         self._reading = Reading(session, words, self, open_input=lambda _: source, given_format=True, frameless=True)
         self._thread = threading.Thread(target=self._run, name="reading", daemon=True)
 

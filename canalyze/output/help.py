@@ -7,8 +7,7 @@ click's own pages are English and measure text in characters; these are laid out
 import os
 import stat
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any, Final
 
@@ -34,18 +33,25 @@ _TOPICS: Final = (
 """The headings in their order."""
 
 
-class Command(click.Command):
+class Located(click.Command):
+    """A command that adds its context to usage errors, which click's parser leaves out of some."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parses the arguments."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.UsageError as error:
+            error.ctx = error.ctx or ctx
+            raise
+
+
+class Command(Located):
     """A command whose help is a page in the language of the run."""
 
     def __init__(self, name: str, words: Words, run: Callable[..., int], rows: Iterable[Parameter]) -> None:
         """Takes the command's words by its name; `run` returns the exit code."""
         super().__init__(name, callback=run, params=built((*rows, *COMMON), _key(name), words), add_help_option=False)
         self._words = words
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parses the arguments; an error gets its context."""
-        with located(ctx):
-            return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Runs it."""
@@ -111,16 +117,6 @@ def _is_stream(name: str) -> bool:
     except (OSError, ValueError):
         return False
     return not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
-
-
-@contextmanager
-def located(ctx: click.Context) -> Iterator[None]:
-    """Adds the context to a usage error, which click's parser leaves out of some."""
-    try:
-        yield
-    except click.UsageError as error:
-        error.ctx = error.ctx or ctx
-        raise
 
 
 def page(

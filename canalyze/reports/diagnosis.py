@@ -8,7 +8,7 @@ capture.
 import re
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from msgspec.structs import replace
 
@@ -18,9 +18,6 @@ from canalyze.output.layout import pad, width, wrap
 from canalyze.records.problems import Overview, Problem, Step
 from canalyze.reports import wording
 from canalyze.words import Words
-
-if TYPE_CHECKING:
-    from canalyze._core import Rule
 
 LINES: Final = 30
 """Most lines of a report that does not show everything."""
@@ -169,15 +166,17 @@ def tell(
     names: Sequence[str],
 ) -> None:
     """Writes one story in full. lines: the annotated frames around its steps, by their number; names: the files."""
+    from canalyze._core import rules
+
     by_id = {one.id: one for one in incidents}
-    rules = {rule.code: rule.message for rule in _rules(words.lang)}
+    messages = {rule.code: rule.message for rule in rules(words.lang)}
     shown = set[int]()
     story_lines: list[str] = []
     for depth, one in tree(by_id[story], by_id):
         indent = "   " * depth
         told = [*_head(one, depth, words), *_steps(one, whole, lines, shown, words)]
         told += _advice(one, words)
-        told += _findings(one, rules, words)
+        told += _findings(one, messages, words)
         story_lines += [indent + line for line in told]
         if not depth and any(effect in by_id and not by_id[effect].is_root for effect in one.effects):
             story_lines.append(words("diagnose.consequences"))
@@ -255,12 +254,6 @@ def _further(one: Problem, names: Sequence[str], words: Words) -> str:
     if one.cause is not None:
         commands.insert(0, f"canalyze {file} -n {one.cause.id}")
     return str(words("diagnose.more", said=" · ".join(commands)))
-
-
-def _rules(lang: str) -> "Sequence[Rule]":
-    from canalyze._core import rules
-
-    return rules(lang)
 
 
 def stories(roots: Sequence[Problem], incidents: Sequence[Problem], words: Words) -> list[str]:

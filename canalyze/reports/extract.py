@@ -33,7 +33,7 @@ from typing import Any, BinaryIO, Final, NamedTuple, TypeAlias
 from canalyze import _core
 from canalyze.dictionary import read
 from canalyze.dictionary.dbc import identifier
-from canalyze.errors import OutputError, SourceError
+from canalyze.errors import OutputError, SourceError, as_error
 from canalyze.output import jsonl
 from canalyze.output.writing import Part
 from canalyze.records import records
@@ -72,14 +72,12 @@ class Directory:
         """Values read from 1F56h, by bus, node and program."""
         self._open: dict[str, Part] = {}
         """By name, from the first byte on."""
-        try:
+        with as_error(OutputError, "output.write", name=name or '""'):
             if not name:
                 raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
             if self._path.exists() and not self._path.is_dir():
                 raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
             self._path.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OutputError("output.write", name=name or '""', error=error) from error
 
     def add(self, pieces: Sequence[tuple[str, bytes, str, Sequence[Hole], str]]) -> None:
         """Adds (name, more bytes, status, holes, line of the transfer) as they come from the core."""
@@ -87,10 +85,8 @@ class Directory:
             about = next(records(line.encode(), Transfer), None)
             if about and about.object and about.object.index == _SOFTWARE and isinstance(about.value, int):
                 self._software[about.bus, about.node, about.object.sub] = about.value
-            try:
+            with as_error(OutputError, "output.write", name=self._path / name):
                 self._add(name, data, status, holes, about)
-            except OSError as error:
-                raise OutputError("output.write", name=self._path / name, error=error) from error
 
     def _add(self, name: str, data: bytes, status: str, holes: Sequence[Hole], about: Transfer | None) -> None:
         if name not in self._open:
@@ -162,10 +158,8 @@ class Directory:
     def close(self) -> None:
         """Ends files that the core did not end because the run was cut short. OutputError where that cannot be."""
         for name in list(self._open):
-            try:
+            with as_error(OutputError, "output.write", name=self._path / name):
                 self._end(name, "incomplete")
-            except OSError as error:
-                raise OutputError("output.write", name=self._path / name, error=error) from error
 
     def described(self) -> list[dict[str, Any]]:
         """Returns the files, each with what 1F56h says of its program."""

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from canalyze.configuration.options import open_session
-from canalyze.errors import ReaderGone, SourceError
+from canalyze.errors import ReaderGone, SourceError, as_error
 from canalyze.output import Output, Progress, jsonl, told
 from canalyze.records import records
 from canalyze.records.findings import lines
@@ -121,14 +121,11 @@ def keep_stdin() -> int:
         return 0
     from tempfile import TemporaryFile
 
-    with TemporaryFile() as kept, Interrupt() as interrupt:
-        try:
-            while data := interrupt.during(lambda: os.read(0, CHUNK)):
-                kept.write(data)
-            kept.flush()
-            os.dup2(kept.fileno(), 0)
-        except OSError as error:
-            raise SourceError("source.read", name="stdin", error=error) from error
+    with TemporaryFile() as kept, Interrupt() as interrupt, as_error(SourceError, "source.read", name="stdin"):
+        while data := interrupt.during(lambda: os.read(0, CHUNK)):
+            kept.write(data)
+        kept.flush()
+        os.dup2(kept.fileno(), 0)
     os.lseek(0, 0, os.SEEK_SET)
     return 128 + interrupt.signal if interrupt.signal else 0
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from canalyze.errors import CanalyzeError, OutputError
+from canalyze.errors import CanalyzeError, OutputError, as_error
 from canalyze.output.writing import in_place
 from canalyze.sinks.target import suffixes
 from canalyze.sources.live import BUS, MESSAGES, RECORDS, heads
@@ -306,12 +306,10 @@ class Recording:
             self._held[self._name] = self._size, self._session.frames
         room = _LOSSES - len(self._losses)
         self._losses += self._session.losses(self._name)[:room]
-        try:
+        with as_error(OutputError, "record.failed", name=self._name):
             if self._size == 0:
                 os.ftruncate(fd, 0)
             os.close(fd)
-        except OSError as error:
-            raise OutputError("record.failed", name=self._name, error=error) from error
 
     def _fail(self, error: OutputError) -> None:
         self.written.failure = error.in_words(self._words)

@@ -26,7 +26,7 @@ from tempfile import TemporaryDirectory
 from typing import Final, Self
 from urllib.parse import quote
 
-from canalyze.errors import CanalyzeError, OutputError
+from canalyze.errors import CanalyzeError, OutputError, as_error
 from canalyze.output.writing import Part
 
 _FOLDERS: Final = ("/usr/share/fonts", "/usr/local/share/fonts", "~/.fonts", "~/.local/share/fonts")
@@ -140,7 +140,7 @@ def completed(name: str) -> None:
     program = _program()
     if program is None:
         return
-    try:
+    with as_error(OutputError, "output.write", name=name):
         part = Part(Path(name), replace=True)
         os.close(part.fd)
         try:
@@ -151,8 +151,6 @@ def completed(name: str) -> None:
                 part.complete()
         finally:
             part.discard()
-    except OSError as error:
-        raise OutputError("output.write", name=name, error=error) from error
 
 
 class Viewer:
@@ -289,7 +287,7 @@ def free_ports(bind: str, port: int | None, *, web: bool) -> tuple[int, ...]:
 
 
 def _start(arguments: list[str], folder: str) -> "subprocess.Popen[bytes]":
-    try:
+    with as_error(CanalyzeError, "view.start"):
         return subprocess.Popen(
             arguments,
             stdin=subprocess.DEVNULL,
@@ -299,8 +297,6 @@ def _start(arguments: list[str], folder: str) -> "subprocess.Popen[bytes]":
             start_new_session=True,  # Ctrl-C is for us: what was received has to be shown before it ends
             preexec_fn=_tied(),
         )
-    except OSError as error:
-        raise CanalyzeError("view.start", error=error) from error
 
 
 def _environment() -> dict[str, str]:
