@@ -1,6 +1,6 @@
 """`canalyze diagnose`, and `canalyze FILE` without a command: what went wrong, whether it still is, and why.
 
-What went wrong, the core says; how it is laid out, `reports.diagnosis_text`.
+What went wrong, the core says; how it is laid out, `reports/diagnosis.py`.
 
 Exit codes: 0, whatever was found; with --fail-on 1 where such a problem is there; 2 something could not be read.
 """

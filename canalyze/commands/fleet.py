@@ -1,6 +1,6 @@
 """`canalyze fleet`: many captures, each by itself, on several processors or machines, into one place.
 
-The work on one capture is in `canalyze/fleet/task.py`, the run over all of them in `whole.py` and `run.py` there.
+The work on one capture is in `canalyze/fleet/task.py`, the run over all of them in `run.py` there.
 
 Exit codes: as those of `check`, and 3 where all is done but for captures that failed.
 """

@@ -269,12 +269,7 @@ def transfer_rows(snapshot: Snapshot, words: Words, *, buses: bool) -> list[Row]
 def _running(one: Running, snapshot: Snapshot, words: Words, *, buses: bool) -> Row:
     start, now, since = snapshot.start_ns, snapshot.now_ns, one.since_ns
     cells = (
-        _since(since, start),
-        cell(one.node, "strong"),
-        cell(words.of("access", one.direction)),
-        cell(one.object),
-        cell(one.name),
-        cell(words.of("mode", one.mode)),
+        *_transfer(one, since, start, words),
         cell(_progress(one), "info"),
         cell(period(None if since is None or now is None else max(0, now - since))),
         _bar(one, words),
@@ -283,6 +278,16 @@ def _running(one: Running, snapshot: Snapshot, words: Words, *, buses: bool) -> 
     whole = texts([one.object, one.name, _progress(one)])
     where = leads(one.bus if buses else "", service="sdo", node=one.node)
     return Row(key, (cell(one.bus), *cells) if buses else cells, whole, leads=where)
+
+
+def _transfer(one: Running | Done, at: int | None, start: int | None, words: Words) -> Iterator[Cell]:
+    """Yields the cells that running and ended transfers have in common."""
+    yield _since(at, start)
+    yield cell(one.node, "strong")
+    yield cell(words.of("access", one.direction))
+    yield cell(one.object)
+    yield cell(one.name)
+    yield cell(words.of("mode", one.mode))
 
 
 def _since(at: int | None, start: int | None) -> Cell:
@@ -305,12 +310,7 @@ def _done(one: Done, start: int | None, words: Words, *, buses: bool) -> Row:
     abort = one.abort
     outcome = texts([status, f"{abort.digits}h", abort.text] if abort else [status, one.text])
     cells = (
-        _since(one.t_ns, start),
-        cell(one.node, "strong"),
-        cell(words.of("access", one.direction)),
-        cell(one.object),
-        cell(one.name),
-        cell(words.of("mode", one.mode)),
+        *_transfer(one, one.t_ns, start, words),
         cell(size(one.size)),
         cell(period(one.duration_ns)),
         cell(outcome, _OUTCOMES.get(one.status, "")),
@@ -351,10 +351,9 @@ def finding_rows(snapshot: Snapshot, *, buses: bool, least: str = LEVELS[0]) -> 
     for place, one in enumerate(snapshot.findings):
         if one.severity not in LEVELS[LEVELS.index(least) :]:
             continue
-        at = None if one.t_ns is None or start is None else one.t_ns - start
         look = one.severity
         cells = [
-            cell(seconds(at, 3), "dim"),
+            _since(one.t_ns, start),
             cell(one.frame),
             cell(one.code, look),
             cell("" if one.node is None else one.node),

@@ -39,32 +39,9 @@ _PROPERTY: Final = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A", ":": "%3
 def github(verdicts: Sequence[Verdict], words: Words) -> Iterator[str]:
     """Returns the lines of the report, without line ends."""
     given = Counter[str]()
-    for verdict in verdicts:
-        if verdict.error is not None:
-            given["error"] += 1
-            shown = given["error"] <= _MOST["error"]
-            yield _unreadable(verdict.file, printable(verdict.error), words, as_command=shown)
-    for verdict in verdicts:
-        for problem in (one for one in verdict.stories if one.id not in verdict.excused):
-            severity: Severity = "error" if problem.id in verdict.problems else "info"
-            given[severity] += 1
-            yield _problem(verdict.file, problem, severity, words, as_command=given[severity] <= _MOST[severity])
-    for failing in (True, False):
-        for verdict in verdicts:
-            for one in verdict.failures if failing else verdict.others:
-                if one.known and not failing:
-                    continue
-                severity = one.finding.severity
-                given[severity] += 1
-                yield _finding(verdict.file, one, words, as_command=given[severity] <= _MOST[severity])
-    for verdict in verdicts:
-        if not verdict.judged and verdict.error is None:
-            given["info"] += 1
-            said = wording.unjudged(verdict, words)
-            if given["info"] <= _MOST["info"]:
-                yield _command("notice", _file(verdict.file), said)
-            else:
-                yield _plain(f"{wording.capture_name(verdict.file)}: {said}")
+    for severity, command, line in _annotations(verdicts, words):
+        given[severity] += 1
+        yield command if given[severity] <= _MOST[severity] else _plain(line)
     for verdict in verdicts:
         for said in wording.of_events(verdict, words):
             yield _plain(f"{wording.capture_name(verdict.file)}: {said}")
@@ -78,33 +55,46 @@ def github(verdicts: Sequence[Verdict], words: Words) -> Iterator[str]:
         yield _command("notice", {}, words("reports.annotations", counts=counts))
 
 
-def _unreadable(file: str, error: str, words: Words, *, as_command: bool) -> str:
-    if as_command:
-        return _command("error", _file(file), error)
-    return _plain(f"{words.of('severity', 'error')} {error}")
+def _annotations(verdicts: Sequence[Verdict], words: Words) -> Iterator[tuple[Severity, str, str]]:
+    """Returns severity, command and line of each annotation, in their order."""
+    for verdict in verdicts:
+        if verdict.error is not None:
+            error = printable(verdict.error)
+            yield "error", _command("error", _file(verdict.file), error), f"{words.of('severity', 'error')} {error}"
+    for verdict in verdicts:
+        for problem in (one for one in verdict.stories if one.id not in verdict.excused):
+            yield _problem(verdict, problem, words)
+    for failing in (True, False):
+        for verdict in verdicts:
+            for one in verdict.failures if failing else verdict.others:
+                if failing or not one.known:
+                    yield _finding(verdict.file, one, words)
+    for verdict in verdicts:
+        if not verdict.judged and verdict.error is None:
+            said = wording.unjudged(verdict, words)
+            yield "info", _command("notice", _file(verdict.file), said), f"{wording.capture_name(verdict.file)}: {said}"
 
 
-def _finding(file: str, one: Counted, words: Words, *, as_command: bool) -> str:
-    finding = one.finding
-    said = wording.sentence(one, words)
+def _finding(file: str, one: Counted, words: Words) -> tuple[Severity, str, str]:
+    finding, title = one.finding, wording.title(one.finding)
     explained = [wording.consequences(one.consequences, words)] if one.consequences else []
-    if not as_command:
-        severity = words.of("severity", finding.severity)
-        place = wording.place(file, finding.about_line)
-        return _plain(f"{severity} {wording.title(finding)} {place}: {'; '.join([said, *explained])}")
     properties = _file(file)
     if properties and finding.about_line is not None:
         properties["line"] = str(finding.about_line)
-    properties["title"] = wording.title(finding)
-    return _command(_COMMANDS[finding.severity], properties, "; ".join([wording.brief(one, words), *explained]))
+    brief = "; ".join([wording.brief(one, words), *explained])
+    command = _command(_COMMANDS[finding.severity], properties | {"title": title}, brief)
+    said = "; ".join([wording.sentence(one, words), *explained])
+    place = wording.place(file, finding.about_line)
+    return finding.severity, command, f"{words.of('severity', finding.severity)} {title} {place}: {said}"
 
 
-def _problem(file: str, one: Problem, severity: Severity, words: Words, *, as_command: bool) -> str:
+def _problem(verdict: Verdict, one: Problem, words: Words) -> tuple[Severity, str, str]:
     """Returns a root at its begin; captures of text have a line a frame only where they say so, so none is named."""
+    severity: Severity = "error" if one.id in verdict.problems else "info"
     title = f"{words('check.problem')} {one.kind}, {words('check.frame', frame=one.begin.frame)}"
-    if as_command:
-        return _command(_COMMANDS[severity], {**_file(file), "title": title}, printable(one.message))
-    return _plain(f"{words.of('severity', severity)} {title}: {printable(one.message)}")
+    message = printable(one.message)
+    command = _command(_COMMANDS[severity], _file(verdict.file) | {"title": title}, message)
+    return severity, command, f"{words.of('severity', severity)} {title}: {message}"
 
 
 def _file(file: str) -> dict[str, str]:
