@@ -3,12 +3,15 @@
 The core reads it and finds the words; this joins and asks.
 """
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import click
 
 from canalyze.configuration import network
 from canalyze.configuration.options import EDS, argument, usage
+from canalyze.errors import SourceError
+from canalyze.output import Output, complain
 from canalyze.output.help import simple_command
 from canalyze.running.run import piped
 from canalyze.words import Words
@@ -19,19 +22,49 @@ if TYPE_CHECKING:
 
 def run(words: Words, *, frame: tuple[str, ...], eds: tuple[network.Description, ...]) -> int:
     """Explains what is asked for, or each line of standard input."""
-    from canalyze.reports.explained import Explained
+    from canalyze._core import explain
 
     nothing = usage(words, "explain.nothing")
     if not frame and not piped():
         raise nothing
-    explained = Explained(words, _devices(eds))
-    if frame == ("-",):
-        return explained.lines(None)
-    if not frame:
-        return explained.lines(nothing)
-    for line in _frames(frame):
-        explained.add(line, words("explain.no_frame", line=line or repr(line)))
-    return explained.code
+    devices, out = _devices(eds), Output()
+    code, between = 0, ""
+    if frame in ((), ("-",)):
+        lines = _typed(words, None if frame else nothing)
+    else:
+        lines = ((line, words("explain.no_frame", line=line or repr(line))) for line in _frames(frame))
+    for line, otherwise in lines:
+        try:
+            text = explain(line, words.lang, devices)
+        except ValueError as error:  # meant as a frame: why it is none says more
+            text, otherwise = None, str(error)
+        if text is None:
+            complain(f"canalyze: {otherwise}")
+            code = 2
+        else:
+            out.text(between + text.rstrip("\n") + "\n")
+            between = "\n"
+    return code
+
+
+def _typed(words: Words, nothing: Exception | None) -> Iterator[tuple[str, str]]:
+    """Yields each line of standard input when it comes, and what is said of one that cannot be explained.
+
+    Blank lines and comments are skipped, as decode does. nothing: is raised without a line, if standard input was not
+    asked for.
+    """
+    some = False
+    try:
+        with open(0, "rb", closefd=False) as stdin:
+            for number, raw in enumerate(stdin, 1):
+                line = raw.decode("utf-8", "replace").strip()
+                if line and not line.startswith("#"):
+                    some = True
+                    yield line, words("explain.no_frame_at", name="stdin", number=number, line=line)
+    except OSError as error:
+        raise SourceError("source.read" if some else "source.open", name="stdin", error=error) from error
+    if not some:
+        raise nothing or SourceError("explain.empty", name="stdin")
 
 
 def _devices(given: tuple[network.Description, ...]) -> "_core.Network | None":
