@@ -8,7 +8,7 @@ Exit codes: 0 nothing fails, 1 findings fail, 2 something could not be read.
 from contextlib import ExitStack, suppress
 
 from canalyze.check import policy
-from canalyze.check.judging import JUDGING, held_policy, job_of, known_findings
+from canalyze.check.judging import JUDGING, held_policy, job_of, known_findings, report_stale, updated
 from canalyze.configuration.options import (
     ANY_PATH,
     BITRATE,
@@ -56,12 +56,8 @@ def run(one: Pass) -> int:
                 complain(line)
             read = not any(capture.error for capture in examined)
             if one.update_baseline:
-                from canalyze.check.judging import updated
-
                 known = updated(held, examined, words, whole=read and not signal)
             elif known and read and not signal:
-                from canalyze.check.judging import report_stale
-
                 report_stale(held, known, examined, words)
             verdicts = [policy.judge(capture, held, known) for capture in examined]
             for name, file in files.items():

@@ -99,8 +99,6 @@ class _Folder:
             raise SourceError("source.open", name=self._path / name, error=error) from error
 
     def put(self, name: str, data: bytes) -> None:
-        import os
-
         path = self._path / name
         with as_error(OutputError, "output.write", name=path):
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -158,7 +156,7 @@ class _Bucket:
             except FileNotFoundError:
                 return None
 
-    def put(self, name: str, data: bytes) -> None:
+    def put(self, name: str, data: bytes | Path) -> None:
         import obstore
 
         with reported(f"{self._url}/{name}", OutputError):
@@ -170,10 +168,7 @@ class _Bucket:
             yield Path(folder)
 
     def bring(self, path: Path, name: str) -> None:
-        import obstore
-
-        with reported(f"{self._url}/{name}", OutputError):
-            obstore.put(opened(self._url), name, path)
+        self.put(name, path)
 
     def remove(self, name: str) -> None:
         import obstore
@@ -284,8 +279,6 @@ def _files(source: str) -> Iterator[str]:
 
 def _stored(source: str) -> Iterator[Capture]:
     """Yields the objects of a URL: a single one, those that match a pattern, or those of a folder."""
-    import re
-
     place = next((at for at, char in enumerate(source) if char in _MAGIC), len(source))
     store, _, last = source[:place].rpartition("/")
     alone = place == len(source) and last != "" and not store.endswith("/")

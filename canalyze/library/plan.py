@@ -19,7 +19,7 @@ from canalyze.library import Described, Descriptions, Known, Options
 from canalyze.library.rows import one_of
 from canalyze.running.options import SessionOptions
 from canalyze.sources.file import Source
-from canalyze.sources.format import Capture, identified
+from canalyze.sources.format import Capture, identified, input_formats
 from canalyze.sources.memory import Memory, is_mcap, is_message, mcap_file, records
 from canalyze.words import Words
 
@@ -97,7 +97,6 @@ def plan(who: str, options: Known | Options) -> Plan:
     from canalyze.configuration import config as configuration
     from canalyze.configuration.descriptions import carriers, network_rows
     from canalyze.configuration.descriptions import network as known
-    from canalyze.sources.format import input_formats
 
     asked: dict[str, Any] = dict(options)
     for name, value in asked.items():

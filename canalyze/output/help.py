@@ -15,7 +15,7 @@ import click
 
 from canalyze.configuration.config import Config
 from canalyze.configuration.options import COMMON, PROBLEM, SHORT, CoreUsageError, HelpOption, Parameter, built
-from canalyze.output import complain, terminal_encoding
+from canalyze.output import Pager, complain, terminal_encoding
 from canalyze.output.layout import definitions, width, wrap
 from canalyze.words import Words
 
@@ -84,8 +84,6 @@ class Listing(Command):
         """Runs it."""
         if not _is_paged(ctx):
             return super().invoke(ctx)
-
-        from canalyze.output import Pager
 
         def unusable(name: str, error: OSError) -> None:
             complain(f"canalyze: {self._words('output.no_pager', name=name, error=error.strerror)}")

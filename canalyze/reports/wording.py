@@ -133,15 +133,17 @@ def further(counted: "Counted", words: Words) -> str | None:
 
 def sentence(counted: "Counted", words: Words, *, shown: str | None = None) -> str:
     """Returns all of it in one line: the message, then where and how often; `shown` as in `where`."""
-    parts = [*where(counted.finding, words, shown=shown), *repeats(counted, words)]
-    said = printable(counted.finding.message)
-    return words("reports.said", message=said, place=words("reports.then").join(parts)) if parts else said
+    return _said(counted, where(counted.finding, words, shown=shown), words)
 
 
 def brief(counted: "Counted", words: Words) -> str:
     """Returns the message with its frame and how often, for places that name file, line and rule by themselves."""
     frame = counted.finding.about_frame
-    parts = [*([words("reports.frame", frame=frame)] if frame is not None else []), *repeats(counted, words)]
+    return _said(counted, [] if frame is None else [words("reports.frame", frame=frame)], words)
+
+
+def _said(counted: "Counted", places: list[str], words: Words) -> str:
+    parts = [*places, *repeats(counted, words)]
     said = printable(counted.finding.message)
     return words("reports.said", message=said, place=words("reports.then").join(parts)) if parts else said
 
