@@ -212,7 +212,7 @@ def _side_by_side(names: Sequence[str], job: Job, progress: Meter) -> tuple[list
 
     with Interrupt() as interrupt:
         pool = Pool(
-            _Examination(names, job),
+            partial(_examined, names, job),
             min(processors(), len(names)),
             forked=True,
             progress=progressed,
@@ -241,15 +241,9 @@ def _dead(name: str, by: object, job: Job) -> Examined:
     return Examined(name, error=error, complaints=(f"canalyze: {error}",))
 
 
-class _Examination:
-    """The work of a process on a capture, by its place."""
-
-    def __init__(self, names: Sequence[str], job: Job) -> None:
-        self._names = names
-        self._job = job
-
-    def __call__(self, place: int, tell: "Tell") -> Examined:
-        return examine(self._names[place], self._job, Far(tell))
+def _examined(names: Sequence[str], job: Job, place: int, tell: "Tell") -> Examined:
+    """Does the work of a process on a capture, by its place."""
+    return examine(names[place], job, Far(tell))
 
 
 class Far:
