@@ -144,8 +144,7 @@ def _run(args: list[str]) -> int:
     group = Group(words)
     try:
         if not args and not _completes() and not _of_a_pipe(args):
-            for line in screen(group, words, TOPICS).splitlines():
-                complain(line)
+            complain(*screen(group, words, TOPICS).splitlines())
             return 2
         return int(group.main(_renamed(_commanded(args)), prog_name="canalyze", standalone_mode=False, obj=config) or 0)
     except click.UsageError as error:

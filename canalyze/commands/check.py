@@ -52,8 +52,7 @@ def run(one: Pass) -> int:
             described = [
                 file.file for known in (configured().known, known_of(one.given)) for file in known.descriptions
             ]
-            for line in complaints(examined, described):
-                complain(line)
+            complain(*complaints(examined, described))
             read = not any(capture.error for capture in examined)
             if one.update_baseline:
                 known = updated(held, examined, words, whole=read and not signal)

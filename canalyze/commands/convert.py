@@ -54,8 +54,7 @@ def run(one: Pass) -> int:
         if itself or code >= 128:
             one.note("convert.kept" if itself else "output.dropped", name=name)
         return code
-    for line in session.losses(name, dict(losses)):
-        complain(line)
+    complain(*session.losses(name, dict(losses)))
     if code >= 128:
         one.note("output.part" if part else "convert.cut", name=name, part=part, frames=session.frames)
     return code

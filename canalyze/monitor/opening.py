@@ -48,8 +48,7 @@ def listen(names: tuple[str, ...], words: Words, given: ListeningOptions, how: S
         for line in before:
             watch.complain(line)
         code = _show(watch, words, how)
-        for line in opened.complete(words):
-            complain(line)
+        complain(*opened.complete(words))
         for one in recordings.written:
             complain(f"canalyze: {one.in_words(words)}")
         return 2 if recordings.failed else code
@@ -78,8 +77,7 @@ def replay(names: tuple[str, ...], words: Words, given: ListeningOptions, stamps
 
     watch = Watch(session, words, names[0], open_source, replay=True)
     if not watch.primed():
-        for line in watch.all_complaints():
-            complain(line)
+        complain(*watch.all_complaints())
         return 2
     return _show(watch, words, how)
 
@@ -94,8 +92,7 @@ def _show(watch: Watch, words: Words, how: Shown) -> int:
         code = app.run()
     finally:
         watch.stop()
-    for line in watch.all_complaints():
-        complain(line)
+    complain(*watch.all_complaints())
     if watch.crash is not None:
         raise watch.crash
     code = app.return_code if code is None else code

@@ -54,9 +54,10 @@ def commandless(lines: bytes) -> bytes:
     return _COMMAND.sub(rb"\1\\x3a", _MARK.sub(rb"\1\\x5b", lines))
 
 
-def complain(line: str) -> None:
-    """Writes one line to standard error."""
-    _put(commandless(printable(line).encode("utf-8", "backslashreplace")).decode() + "\n")
+def complain(*lines: str) -> None:
+    """Writes lines to standard error."""
+    for line in lines:
+        _put(commandless(printable(line).encode("utf-8", "backslashreplace")).decode() + "\n")
 
 
 def hint(line: str) -> None:

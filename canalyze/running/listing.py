@@ -80,8 +80,7 @@ def listed(
     except OutputError as error:
         broken, code = error, error.exit_code
     took = (early_end or time.monotonic()) - began
-    for line in opened.complete(words):
-        complain(line)
+    complain(*opened.complete(words))
     tally: Tally = decoder(Tally)(session.tally())
     written = opened.recordings.written
     said = [] if broken else [*seen(tally, took, live.unshown, bool(written), words), *held(tally, words)]
