@@ -208,9 +208,9 @@ def draw(content: Cell, columns: int, look: Style, *, right: bool = False) -> li
     return drawn
 
 
-def line(content: Cell, columns: int, look: str = "") -> Strip:
+def line(content: Cell, columns: int) -> Strip:
     """Returns a whole line of one cell."""
-    return Strip(draw(content, columns, STYLES[look]), columns)
+    return Strip(draw(content, columns, STYLES[""]), columns)
 
 
 def widest(content: Cell) -> int:
