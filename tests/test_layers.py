@@ -23,7 +23,7 @@ MAY_USE: dict[str, set[str]] = {
     "examples": set(),
     "values": set(),
     "records": {"values"},
-    "pages": {"_core"},
+    "pages": set(),
     "configuration.network": {"_core"},
     "errors": {"words"},
     "output.jsonl": set(),
