@@ -30,7 +30,7 @@ from pathlib import Path
 import forked
 from captures import SAMPLES
 
-from canalyze import html
+from canalyze import examples, html
 from canalyze.examples import EXAMPLES, of_pages
 from canalyze.pages import FOLDER
 from canalyze.words import LANGUAGES
@@ -120,7 +120,7 @@ def invocations(line: str) -> Iterator[list[str]]:
 
 def workspace(folder: Path) -> None:
     """Put the files that `canalyze examples --pages` writes into a folder, and the commands into its bin/."""
-    for name, data in ({name: make().encode() for name, make in EXAMPLES.items()} | of_pages()).items():
+    for name, data in ({name: (examples.FOLDER / name).read_bytes() for name in EXAMPLES} | of_pages()).items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(data)
     (folder / "bin").mkdir()

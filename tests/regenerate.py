@@ -17,6 +17,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import example_captures
 import generated_pages
 import page_examples
 import test_command_lines
@@ -25,6 +26,7 @@ from monitor_screens import golden as screen_golden
 from monitor_screens import goldens as screen_goldens
 from monitor_screens import screens
 
+from canalyze import examples
 from canalyze._core import sniff
 
 BRIEF = {"zephyr-sdo", "zephyr-sdo-causal", "string-5-bytes", "string-100-bytes", "sdo-block", "two-nodes-interleaved"}
@@ -131,6 +133,8 @@ def main() -> None:
         if not names or capture.stem in names:
             keep(screen_golden(capture, size, lang), screens(capture, size, lang).encode())
     if not names:
+        for name, made in example_captures.EXAMPLES.items():
+            keep(examples.FOLDER / name, made().encode())
         pages(set())
         for path in sorted(test_command_lines.FOLDER.iterdir()):
             keep(path, test_command_lines.rerun(path).encode())

@@ -11,8 +11,9 @@ import pytest
 from captures import SAMPLES
 from conftest import Runner
 from diagnoses import diagnosed
+from example_captures import EXAMPLES
 
-from canalyze.examples import DEMO, EXAMPLES, of_pages
+from canalyze.examples import DEMO, FOLDER, of_pages
 
 TOLD = {
     "node-lost.log": [("node-silent", "open", 9)],
@@ -27,6 +28,11 @@ TOLD = {
 def test_an_example_tells_one_story(name: str) -> None:
     found = diagnosed(EXAMPLES[name]().encode())
     assert [(one["problem"], one["status"], one["subject"]["node"]) for one in found.roots] == TOLD[name]
+
+
+def test_the_captures_are_current() -> None:
+    files = {path.name: path.read_text(encoding="utf-8") for path in FOLDER.glob("*.log")}
+    assert files == {name: made() for name, made in EXAMPLES.items()}, "python tests/regenerate.py writes them"
 
 
 def test_what_follows_from_a_loss() -> None:

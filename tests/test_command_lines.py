@@ -39,8 +39,8 @@ COMMANDS: Final = (*cli.COMMANDS, *(f"{first} {part}" for first, parts in cli.PA
 
 def prepare(folder: Path) -> None:
     """Writes the captures and descriptions that the command lines name."""
-    for name, made in examples.EXAMPLES.items():
-        (folder / name).write_text(made())
+    for name in examples.EXAMPLES:
+        shutil.copy(examples.FOLDER / name, folder / name)
     for name, data in examples.of_pages().items():
         if "/" not in name or name.startswith("captures/"):
             (folder / name).parent.mkdir(exist_ok=True)

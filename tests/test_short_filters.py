@@ -10,7 +10,7 @@ from conftest import Runner
 from test_listings import numbers
 
 from canalyze.cli import COMMANDS, build
-from canalyze.examples import EXAMPLES
+from canalyze.examples import FOLDER
 
 LOST = "node-lost.log"
 
@@ -18,7 +18,7 @@ LOST = "node-lost.log"
 @pytest.fixture(autouse=True)
 def lost(tmp_path: Path) -> None:
     """A capture with two problems, the second one caused by the first."""
-    (tmp_path / LOST).write_text(EXAMPLES[LOST]())
+    (tmp_path / LOST).write_bytes((FOLDER / LOST).read_bytes())
 
 
 READERS = ("decode", "sdo", "signals", "summary", "view", "convert", "export")

@@ -8,7 +8,7 @@ from captures import SAMPLES
 from conftest import Runner
 from test_cli_terminal import on_terminal
 
-from canalyze.examples import EXAMPLES
+from canalyze.examples import FOLDER
 from canalyze.output.layout import hanging, width
 
 LOST = "node-lost.log"
@@ -17,7 +17,7 @@ COLOUR = re.compile("\x1b\\[[0-9;]*m")
 
 @pytest.fixture(autouse=True)
 def lost(tmp_path: Path) -> None:
-    (tmp_path / LOST).write_text(EXAMPLES[LOST]())
+    (tmp_path / LOST).write_bytes((FOLDER / LOST).read_bytes())
 
 
 def listed(tmp_path: Path, *args: str, columns: int = 300) -> list[str]:

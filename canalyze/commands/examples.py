@@ -12,19 +12,19 @@ from canalyze.words import Words
 
 def run(words: Words, *, directory: str | None, pages: bool, force: bool) -> int:
     """Writes the captures, and says what to type."""
-    from canalyze.examples import EXAMPLES, of_pages
+    from canalyze.examples import EXAMPLES, FOLDER, of_pages
 
     folder = Path(directory or ".")
     out = Output()
-    for name, make in EXAMPLES.items():
-        path = _write(folder / name, make().encode(), force=force)
+    for name in EXAMPLES:
+        path = _write(folder / name, (FOLDER / name).read_bytes(), force=force)
         out.text(f"{wording.capture_name(path)}  {words.of('example', name.removesuffix('.log'))}\n")
     if pages:
         files = of_pages()
         for name, data in files.items():
             _write(folder / name, data, force=force)
         out.text(words("examples.of_pages", count=len(files)) + "\n")
-    first = wording.capture_name(str(folder / next(iter(EXAMPLES))))
+    first = wording.capture_name(str(folder / EXAMPLES[0]))
     out.text(words("examples.next", file=first) + "\n")
     return 0
 
