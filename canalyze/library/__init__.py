@@ -123,29 +123,10 @@ def open(  # noqa: A001  canalyze.open, as tarfile.open
     read), ConfigError for a configuration that cannot be, TypeError and ValueError, which name the argument, for one
     of a kind or a value that cannot be. Damage and lines that cannot be read are no error but `Capture.complaints`.
     """
+    given: Any = dict(locals())  # what comes before is the parameters alone
+    del given["source"]
     from canalyze.library.capture import Capture
     from canalyze.library.plan import inputs, plan
 
-    given = Options(
-        eds=eds,
-        cob=cob,
-        pdo=pdo,
-        profile=profile,
-        sdo=sdo,
-        sync_period=sync_period,
-        sync_window=sync_window,
-        jitter=jitter,
-        bitrate=bitrate,
-        filter=filter,
-        lang=lang,
-        config=config,
-        folder=folder,
-        stamps=stamps,
-        input_format=input_format,
-        merge=merge,
-        topic=topic,
-        time_source=time_source,
-        mcap_map=mcap_map,
-    )
     made = plan("open", given)
     return Capture(made, inputs(source, made))
