@@ -175,6 +175,10 @@ pub struct Services {
     /// True if the bus carries another protocol, so that its services are not judged.
     alien: bool,
     waiting: Vec<(Finding, When)>,
+    /// True if an identifier was proven.
+    proven: bool,
+    /// The time from which on a finding may have waited long enough, in ns, unless the evidence changes before.
+    next_ns: Ns,
 }
 
 /// The first slots of EMCY and of error control.
@@ -198,6 +202,8 @@ impl Default for Services {
             over: false,
             alien: false,
             waiting: Vec::new(),
+            proven: false,
+            next_ns: Ns::MAX,
         }
     }
 }
@@ -223,6 +229,8 @@ impl Services {
         let fitting = fits(role, frame, shown.last, shown.fit > 0);
         self.fits += u64::from(fitting);
         shown.take(frame, fitting);
+        self.proven |= shown.proven;
+        self.next_ns = Ns::MIN;
         if let Role::ErrorControl(node) = role
             && shown.proven
         {
@@ -233,6 +241,7 @@ impl Services {
     /// Records a proof that a node is CANopen: it has answered a request by the rules of SDO.
     pub fn prove(&mut self, node: u8) {
         self.nodes |= 1 << (node & 0x7F);
+        self.next_ns = Ns::MIN;
     }
 
     /// Returns true if the frames of an identifier are certainly not messages of its service.
@@ -247,7 +256,7 @@ impl Services {
 
     /// Returns true if there is evidence that the bus is CANopen.
     pub fn is_canopen(&self) -> bool {
-        self.described || self.nodes != 0 || self.shown.iter().any(|shown| shown.proven)
+        self.described || self.nodes != 0 || self.proven
     }
 
     /// Concludes the capture. `further`: number of frames on identifiers of SDO and LSS that certainly belong to
@@ -287,6 +296,7 @@ impl Services {
             Carries::Service => Some(finding),
             Carries::Open if self.waiting.len() < KEPT => {
                 self.waiting.push((finding, at));
+                self.next_ns = Ns::MIN;
                 None
             }
             Carries::Open | Carries::Other => None,
@@ -302,12 +312,22 @@ impl Services {
     /// Returns the findings that have waited long enough at `now`, in order.
     pub fn release(&mut self, now: When, recording: &Recording) -> Vec<Finding> {
         let mut out = Vec::new();
+        let now_ns = now.at.t_ns.unwrap_or(Ns::MIN);
+        if self.next_ns > now_ns {
+            return out;
+        }
+        self.next_ns = Ns::MAX;
         for (finding, since) in std::mem::take(&mut self.waiting) {
             let known = finding.node.map_or_else(|| self.is_canopen(), |node| self.is_node(node));
             match self.of(&finding) {
                 Carries::Service => out.push(finding),
                 Carries::Open if known && recording.certainly_later(now, since, WAIT_NS) => out.push(finding),
-                Carries::Open => self.waiting.push((finding, since)),
+                Carries::Open => {
+                    if known && let Some(since_ns) = since.at.t_ns {
+                        self.next_ns = self.next_ns.min(since_ns + WAIT_NS);
+                    }
+                    self.waiting.push((finding, since));
+                }
                 Carries::Other => {}
             }
         }
