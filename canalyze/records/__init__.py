@@ -62,9 +62,12 @@ def _begins(*kinds: type[Struct]) -> tuple[bytes, ...]:
 def records(result: bytes, *kinds: type[R]) -> Iterator[R]:
     """Yields the records of these kinds in complete JSON lines of the core."""
     read, begins = decoder(*kinds), _begins(*kinds)
-    for line in result.splitlines():
-        if line.startswith(begins):
-            yield read(line)
+    start = 0
+    while start < len(result):
+        end = result.find(b"\n", start) + 1 or len(result)
+        if result.startswith(begins, start):
+            yield read(result[start:end])
+        start = end
 
 
 def of_rows(rows: Any, *kinds: type[R]) -> list[R]:

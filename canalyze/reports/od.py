@@ -59,8 +59,7 @@ def show(result: bytes, out: Output, words: Words) -> None:
         out.text("".join(f"{line}\n" for line in definitions(facts)))
         rows = [_object(one, words) for one in objects]
         kept = [place for place, _ in enumerate(_OBJECTS) if any(row[place] != EMPTY for row in rows)]
-        shown = ([row[place] for place in kept] for row in rows)
-        write(_columns([_OBJECTS[place] for place in kept], words), shown, out)
+        write(_columns([_OBJECTS[place] for place in kept], words), _cells(rows, kept), out)
         if node.further:
             out.text(words("od.further", count=node.further) + "\n")
 
@@ -87,19 +86,28 @@ class History:
         self._table.close()
 
 
-def _by_node(result: bytes) -> Iterator[tuple[Head, list[Object]]]:
-    """Yields the devices that have objects."""
+def _by_node(result: bytes) -> Iterator[tuple[Head, Iterator[Object]]]:
+    """Yields the devices that have objects, each with its objects, which are read before the next device."""
     found: Iterator[Head | Object] = records(result, Head, Object)
-    node, objects = None, list[Object]()
-    for one in found:
+    after: Head | None = None
+
+    def objects(first: Object) -> Iterator[Object]:
+        nonlocal after
+        yield first
+        for one in found:
+            if isinstance(one, Head):
+                after = one
+                return
+            yield one
+
+    node = next(found, None)
+    while isinstance(node, Head):
+        after, one = None, next(found, None)
         if isinstance(one, Object):
-            objects.append(one)
-            continue
-        if node and objects:
-            yield node, objects
-        node, objects = one, []
-    if node and objects:
-        yield node, objects
+            yield node, objects(one)
+            node = after
+        else:
+            node = one
 
 
 def _fact(node: Head, key: str, words: Words) -> str:
@@ -133,6 +141,14 @@ def _object(one: Object, words: Words) -> list[str]:
         one.t,
     )
     return [EMPTY if cell in (None, "") else str(cell) for cell in cells]
+
+
+def _cells(rows: list[list[str]], kept: list[int]) -> Iterator[list[str]]:
+    """Yields the kept cells of each row; the rows are used up, since a device may have very many."""
+    rows.reverse()
+    while rows:
+        row = rows.pop()
+        yield [row[place] for place in kept]
 
 
 def _last(one: Object, words: Words) -> str | None:

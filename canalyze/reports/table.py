@@ -99,13 +99,13 @@ class Table:
             return
         rows = [row.cells for row in sorted(self._rows, key=lambda row: row.order)]
         self._rows = []
-        lines = []
         if not self._widths:
             self._settle(rows)
             heading = self._line([shown.column.heading for shown in self._shown])
-            lines.append(dyed(heading, "own", out=self._out) + "\n")
-        lines += (self._laid_out([_written(shown, row) for shown in self._shown]) for row in rows)
-        self._out.text("".join(lines))
+            self._out.text(dyed(heading, "own", out=self._out) + "\n")
+        for start in range(0, len(rows), _GATHERED):
+            some = rows[start : start + _GATHERED]
+            self._out.text("".join(self._laid_out([_written(shown, row) for shown in self._shown]) for row in some))
 
     def _settle(self, rows: list[list[str]]) -> None:
         """Decides which columns are shown, and how wide."""
