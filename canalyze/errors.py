@@ -79,6 +79,12 @@ def as_error(kind: type[CanalyzeError], key: str, /, **facts: object) -> Iterato
         raise kind(key, **facts, error=error) from error
 
 
+def one_line(error: BaseException) -> str:
+    """Returns an exception of a library in one line, with its type."""
+    text = " ".join(str(error).split())[:200]
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
 def _said(fact: object, words: Words) -> object:
     if isinstance(fact, CanalyzeError):
         return fact.in_words(words)

@@ -12,7 +12,7 @@ import forked
 import pytest
 from captures import SAMPLES
 
-from canalyze.sources.library import library
+from canalyze.sources.bridge import library
 
 pytest_plugins = ["pytester"]
 pytest.register_assert_rewrite("reader_suite", "capture_frames")

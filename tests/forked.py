@@ -188,7 +188,7 @@ def _serve(asked: socket.socket) -> None:
 def _load() -> None:
     """Loads what commands load when they need it, so that not every one of them has to: python-can takes longest."""
     import canalyze
-    from canalyze.sources.library import library
+    from canalyze.sources.bridge import library
 
     with suppress(ImportError):  # it may have been hidden
         library()

@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import pytest
 import zstandard
@@ -44,9 +44,7 @@ from conftest import command, environment
 
 from canalyze import _core
 from canalyze.running.options import SessionOptions
-from canalyze.sources.file import Source
-from canalyze.sources.format import Capture
-from canalyze.sources.pythoncan import from_this_process
+from canalyze.sources.bridge.reading import from_this_process
 
 START_NS = 1_700_000_000_000_000_000
 MS = 1_000_000
@@ -472,6 +470,6 @@ def line_ends(file: bytes, is_frame: Callable[[bytes], bool]) -> Iterator[int]:
             yield at
 
 
-def read_here(path: Path, _: Path) -> Iterator[tuple[bytes, bytes]]:
-    """Reads an MF4 file in this process, in place of `pythoncan.from_process`: no process is started."""
-    return from_this_process(Capture(Source(str(path))))
+def read_here(path: Path, _: Path) -> Iterator[tuple[str, Any]]:
+    """Reads an MF4 file in this process, in place of `reading.from_process`: no process is started."""
+    return iter([*from_this_process(path)])  # at once: meanwhile what is logged and printed goes elsewhere

@@ -22,8 +22,10 @@ import canalyze
 from canalyze._core import Session
 from canalyze.errors import SourceError
 from canalyze.running.options import SessionOptions
-from canalyze.sources import buses, live
-from canalyze.sources.buses import PythonCan
+from canalyze.sources import live
+from canalyze.sources.bridge import buses
+from canalyze.sources.bridge.buses import PythonCan
+from canalyze.sources.bridge.packed import bus_name
 from canalyze.words import Words
 
 CHANNEL = "test_buses"
@@ -173,7 +175,7 @@ def test_options(text: str, found: object) -> None:
     ],
 )
 def test_the_name_of_a_bus_can_be_read_again(channel: str, name: str) -> None:
-    assert buses.bus_name(channel) == name
+    assert bus_name(channel) == name
     session = Session(SessionOptions(lang="en", format="jsonl"))
     session.begin("x", True, "candump")
     out = session.feed(f"(1.000000) {name} 123#00\n".encode()) + session.end() + session.finish()
@@ -378,7 +380,7 @@ def test_nothing_is_ever_sent(monkeypatch: pytest.MonkeyPatch, sender: can.BusAB
 
 
 LISTENING = (
-    "sources/buses.py",
+    "sources/bridge/buses.py",
     "sources/live.py",
     "sources/socketcan.py",
     "commands/sniff.py",

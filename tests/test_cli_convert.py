@@ -26,8 +26,8 @@ from canalyze._core import WRITERS, Session
 from canalyze.output import Output, Progress
 from canalyze.running.options import SessionOptions
 from canalyze.running.run import Run
-from canalyze.sinks.target import RECORDS, Target, forms, open_target, suffixes, target
-from canalyze.sources import pythoncan
+from canalyze.sinks import RECORDS, Target, forms, open_target, suffixes, target
+from canalyze.sources.bridge import reading
 from canalyze.words import Words
 
 ROOT = Path(__file__).parent.parent
@@ -172,7 +172,7 @@ def _pairs() -> Iterator[Any]:
 
 @pytest.mark.parametrize(("path", "form"), list(_pairs()))
 def test_comes_back_as_it_was(tmp_path: Path, path: Path, form: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pythoncan, "from_process", read_here)  # saves seconds for each MF4
+    monkeypatch.setattr(reading, "from_process", read_here)  # saves seconds for each MF4
     frames, findings = _original(path)
     if not frames:
         pytest.skip("no frames in it")

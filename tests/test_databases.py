@@ -19,7 +19,7 @@ import pytest
 from conftest import Runner
 from test_pythoncan import told, written
 
-from canalyze.sources.database import heed, interruptible
+from canalyze.sources.bridge.database import heed, interruptible
 from canalyze.sources.format import open_capture
 
 COUNT = 400

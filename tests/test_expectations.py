@@ -13,7 +13,7 @@ from captures import TESTS
 from canalyze import _core
 from canalyze.errors import ConfigError
 from canalyze.expectations import beside, read
-from canalyze.sinks.target import suffixes
+from canalyze.sinks import suffixes
 from canalyze.words import LANGUAGES, Words
 
 SCHEMA = _core.SETTINGS["expect"]

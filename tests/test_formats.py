@@ -22,7 +22,7 @@ from other_writers import Write
 from reader_suite import ReaderSuite, line_ends, read_here
 
 from canalyze import _core
-from canalyze.sources import pythoncan
+from canalyze.sources.bridge import reading
 
 CLASSIC = ("data", "remote", "error")
 
@@ -375,7 +375,7 @@ class TestMf4(ReaderSuite):
         """Files that are sound are read here, which saves seconds for each; damaged ones as ever."""
         name = request.node.originalname
         if name not in ("test_every_kind", "test_cut_anywhere", "test_flipped_bytes") and "noise" not in name:
-            monkeypatch.setattr(pythoncan, "from_process", read_here)
+            monkeypatch.setattr(reading, "from_process", read_here)
 
     def write(self, frames: Sequence[Recorded], path: Path) -> None:
         pytest.importorskip("asammdf")

@@ -165,7 +165,7 @@ MAY_USE: dict[str, set[str]] = {
         "output",
         "running.listening",
         "running.reading",
-        "sinks.target",
+        "sinks",
     },
     "pytest_plugin": {*SAID, "records", "library", "output", "output.writing"},
 }

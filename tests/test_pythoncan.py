@@ -5,13 +5,16 @@ keeps it; files under the shared corpus are read with the answers that stand the
 """
 
 import gzip
+import io
 import json
+import marshal
 import os
 import pty
 import random
 import re
 import struct
 import sys
+import types
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -24,11 +27,10 @@ from canalyze._core import FORMATS, Session
 from canalyze.errors import OutputError, SourceError
 from canalyze.running.options import SessionOptions
 from canalyze.sinks.pythoncan import LOSSES, open_sink
-from canalyze.sources import packed, pythoncan
+from canalyze.sources.bridge import packed, reading
+from canalyze.sources.bridge.packed import Packer
 from canalyze.sources.file import Source
 from canalyze.sources.format import Capture, open_capture
-from canalyze.sources.packed import Packer
-from canalyze.sources.pythoncan import PythonCanCapture
 from canalyze.words import Words
 
 CORPUS = Path(__file__).parent.parent.parent / "shared/corpus"
@@ -81,7 +83,9 @@ def told(capture: Any) -> tuple[list[dict[str, Any]], list[str]]:
 def given(data: bytes, form: str, step: int = 1 << 20) -> tuple[list[dict[str, Any]], list[str]]:
     """Read bytes as a form."""
     capture = Capture(Given(data, step), form)
-    return told(capture if form in FORMATS else PythonCanCapture(capture, form))
+    if form not in FORMATS:
+        capture.bridge(form)
+    return told(capture)
 
 
 def session() -> Iterator[can.Message]:
@@ -575,9 +579,9 @@ def test_asammdf_that_takes_its_process_down(tmp_path: Path, monkeypatch: pytest
     head = packed.dialect("reader", "python-can")
     frames = b"".join(map(Packer(6, directed=True, bus=str).frame, session()))
     for pieces, count in (([], 0), ([head], 0), ([head, frames], 60)):
-        puts = [f"put({struct.pack('<cI', pythoncan.RECORDS, len(piece)) + piece!r})\n" for piece in pieces]
+        puts = [f"put({marshal.dumps((reading.RECORDS, piece))!r})\n" for piece in pieces]
         end = "sys.stdout.flush()\nos.kill(os.getpid(), signal.SIGSEGV)\n"
-        monkeypatch.setattr(pythoncan, "_START", begin + "".join(puts) + end)
+        monkeypatch.setattr(reading, "_START", begin + "".join(puts) + end)
         if count:
             read, complaints = told(open_capture(str(path)))
             assert len(read) == count
@@ -586,6 +590,21 @@ def test_asammdf_that_takes_its_process_down(tmp_path: Path, monkeypatch: pytest
         else:
             with pytest.raises(SourceError, match=r"cannot be read as MF4 .*asammdf: SIGSEGV"):
                 told(open_capture(str(path)))
+
+
+def test_what_was_read_before_a_crash_has_been_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    out = io.BytesIO()
+
+    def pieces(_: Path) -> Iterator[tuple[str, bytes]]:
+        for number in range(3):
+            yield reading.RECORDS, bytes([number])
+            assert out.getvalue().endswith(marshal.dumps((reading.RECORDS, bytes([number]))))
+
+    monkeypatch.setattr(reading, "from_this_process", pieces)
+    monkeypatch.setattr(sys, "stdout", types.SimpleNamespace(buffer=out))
+    reading.main("a.mf4")
+    out.seek(0)
+    assert [marshal.load(out)[0] for _ in range(4)] == [*[reading.RECORDS] * 3, "end"]
 
 
 def test_a_pipe_is_answered_when_lines_come() -> None:

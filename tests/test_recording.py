@@ -18,7 +18,7 @@ from canalyze.running import recording
 from canalyze.running.options import SessionOptions
 from canalyze.running.recording import Limit, Recording, Recordings, limit, open_recordings
 from canalyze.sources import live
-from canalyze.sources.packed import Packer
+from canalyze.sources.bridge.packed import Packer
 from canalyze.words import Words
 
 EN = Words("en")

@@ -366,7 +366,7 @@ OPENS: tuple[Callable[[str], bool], ...] = (
 )
 ELSEWHERE = {
     "canalyze/output/writing.py",
-    "canalyze/sources/pythoncan.py",
+    "canalyze/sources/bridge/reading.py",
     "canalyze/fleet/stores.py",
     "canalyze/running/beforehand.py",
 }

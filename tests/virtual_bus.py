@@ -21,7 +21,7 @@ import time
 from collections.abc import Callable
 
 from canalyze.cli import main
-from canalyze.sources.library import library
+from canalyze.sources.bridge import library
 
 library()  # else python-can loads what only MF4 needs, which takes longer than all the rest
 

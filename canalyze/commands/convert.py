@@ -8,7 +8,7 @@ from canalyze.configuration.options import ANY_PATH, FORCE, PROBLEM, READING, ar
 from canalyze.errors import OutputError
 from canalyze.output import Progress, complain
 from canalyze.running.passes import Pass, pass_command
-from canalyze.sinks.target import RECORDS, STDOUT, Target, compressions, forms, open_target, suffixes, target
+from canalyze.sinks import RECORDS, STDOUT, Target, compressions, forms, open_target, suffixes, target
 from canalyze.sources.file import STDIN, total_size
 from canalyze.words import Words
 

@@ -20,9 +20,8 @@ if TYPE_CHECKING:
     from canalyze.running.reading import Counted
     from canalyze.sources.compressed import Damage
     from canalyze.sources.format import Capture
-    from canalyze.sources.pythoncan import PythonCanCapture
 
-    Part = Capture | PythonCanCapture | Counted
+    Part = Capture | Counted
 
 FOLDER: Final = Path(__file__).parent
 WASM: Final = FOLDER / "core.wasm.lzma"

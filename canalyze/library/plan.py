@@ -10,17 +10,19 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from io import BytesIO
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from canalyze.configuration import network
+from canalyze.errors import SourceError
 from canalyze.library import Described, Descriptions, Known, Options
 from canalyze.library.rows import one_of
 from canalyze.running.options import SessionOptions
-from canalyze.sources.file import Source
+from canalyze.sources.bridge.packed import is_message, of_messages
+from canalyze.sources.file import Memory, Source
 from canalyze.sources.format import Capture, identified, input_formats
-from canalyze.sources.memory import Memory, is_mcap, is_message, mcap_file, records
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -28,7 +30,6 @@ if TYPE_CHECKING:
 
     from canalyze._core import Session
     from canalyze.dictionary.model import Dictionary
-    from canalyze.sources.pythoncan import PythonCanCapture
 
 T = TypeVar("T")
 
@@ -231,7 +232,7 @@ class Input:
     form: str | None = None
     """Its format where it is known."""
 
-    def open(self) -> "Capture | PythonCanCapture":
+    def open(self) -> Capture:
         """Opens it; SourceError if that fails."""
         if self.form == "packed":
             return Capture(Memory(self.name, self.data), self.form)
@@ -246,7 +247,7 @@ def inputs(source: Any, plan: Plan) -> tuple[Input, ...]:
     if isinstance(source, bytes | bytearray | memoryview):
         return (Input("bytes", None, bytes(source), plan.input_format),)
     if hasattr(source, "iter_messages"):  # a reader of MCAP; in the order of its file, as a file is read
-        return (Input("mcap", None, mcap_file(source.iter_messages(log_time_order=False)), "mcap"),)
+        return (Input("mcap", None, _mcap_file(source.iter_messages(log_time_order=False)), "mcap"),)
     if hasattr(source, "read"):
         return (_open_file(source, plan),)
     if not isinstance(source, Iterable):
@@ -259,9 +260,9 @@ def inputs(source: Any, plan: Plan) -> tuple[Input, ...]:
     if isinstance(first, str | os.PathLike):
         return tuple(_input(one, plan) for one in every)
     if is_message(first):
-        return (Input("messages", None, records(every), "packed"),)
-    if is_mcap(first):
-        return (Input("mcap", None, mcap_file(every), "mcap"),)
+        return (Input("messages", None, of_messages(every), "packed"),)
+    if _is_mcap(first):
+        return (Input("mcap", None, _mcap_file(every), "mcap"),)
     raise TypeError(f"source: files or messages are needed, not {type(first).__name__}")
 
 
@@ -282,3 +283,37 @@ def _open_file(file: Any, plan: Plan) -> Input:
         raise TypeError("source: a file that is open for text; open it for bytes, as open(name, 'rb')")
     name = getattr(file, "name", None)
     return Input(name if isinstance(name, str) else "bytes", None, bytes(data), plan.input_format)
+
+
+def _is_mcap(one: object) -> bool:
+    """Returns true for an item of MCAP's reader: schema, channel, message, and optionally the decoded message."""
+    return isinstance(one, tuple) and len(one) in (3, 4) and hasattr(one[1], "topic") and hasattr(one[2], "log_time")
+
+
+def _mcap_file(messages: Iterable[tuple[Any, ...]]) -> bytes:
+    """Returns messages of MCAP's own reader as a file. Raises SourceError if the library is not installed."""
+    try:
+        from mcap.writer import Writer
+    except ImportError as error:
+        raise SourceError("library.extra", name="mcap", line="pip install 'canalyze[mcap]'") from error
+    file = BytesIO()
+    writer = Writer(file)
+    writer.start()
+    schemas: dict[int, int] = {}
+    channels: dict[int, int] = {}
+    for number, item in enumerate(messages, 1):
+        if not _is_mcap(item):
+            raise TypeError(f"source: item {number} is no message of MCAP but {type(item).__name__}")
+        schema, channel, message = item[:3]
+        if channel.id not in channels:
+            of = 0
+            if schema is not None:
+                if schema.id not in schemas:
+                    schemas[schema.id] = writer.register_schema(schema.name, schema.encoding, schema.data)
+                of = schemas[schema.id]
+            channels[channel.id] = writer.register_channel(
+                channel.topic, channel.message_encoding, of, dict(channel.metadata)
+            )
+        writer.add_message(channels[channel.id], message.log_time, message.data, message.publish_time, message.sequence)
+    writer.finish()  # type: ignore[no-untyped-call]
+    return file.getvalue()

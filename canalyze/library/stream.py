@@ -7,7 +7,6 @@ Nothing is ever sent, printed or recorded, and signals of the system are let alo
 """
 
 import asyncio
-import struct
 import sys
 import threading
 import time
@@ -17,7 +16,7 @@ from copy import copy
 from typing import TYPE_CHECKING, Any, Final, Self, TypeVar, Unpack
 
 from canalyze.configuration import network
-from canalyze.errors import SourceError
+from canalyze.errors import SourceError, one_line
 from canalyze.library import Known
 from canalyze.library.former import renamed
 from canalyze.library.plan import Plan, plan
@@ -26,14 +25,12 @@ from canalyze.records.frames import Event, events
 from canalyze.records.problems import Overview, Problem
 from canalyze.running.reading import Reading
 from canalyze.sources import live as blocks
-from canalyze.sources.memory import bus_of, is_message
-from canalyze.sources.packed import Packer, Unfit, nanoseconds
+from canalyze.sources.bridge.packed import Packer, Unfit, bus_name, is_message, nanoseconds
 
 if TYPE_CHECKING:
     from can import Message
 
     from canalyze.sources.format import Capture
-    from canalyze.sources.pythoncan import PythonCanCapture
 
 T = TypeVar("T")
 
@@ -239,7 +236,7 @@ class Listener(Stream):
                 record = packer.frame(message)
                 self._now_ns = max(nanoseconds(message.timestamp), self._now_ns or 0)
                 block = blocks.records_block(index, record, 1)
-            except (Unfit, TypeError, ValueError, OverflowError, struct.error):
+            except (Unfit, ValueError, OverflowError):
                 block = blocks.dropped_block(index, 1)
             self._heard = time.monotonic_ns()
             # Of several channels nothing waits for another: what comes first is first.
@@ -253,7 +250,7 @@ class Listener(Stream):
     def on_error(self, exc: Exception) -> None:
         """Notes that a bus cannot be received from: frames may be missing until the next one."""
         with self._lock:
-            self._complain(" ".join(f"{type(exc).__name__}: {exc}".split())[:200])
+            self._complain(one_line(exc))
             if not self._over:
                 self._feed(b"".join(blocks.gap_block(index) for index, _ in self._channels.values()))
 
@@ -315,7 +312,7 @@ class Listener(Stream):
         index = len(self._channels)
         if index >= blocks.MOST_BUSES:
             raise ValueError(f"channel {channel!r}: more than {blocks.MOST_BUSES} channels")
-        name = self._names.get(channel) or bus_of(channel)
+        name = self._names.get(channel) or bus_name(channel)
         packer = Packer(6, directed=True, bus=lambda _: name)
         self._channels[channel] = index, packer
         return blocks.name_block(index, name), index, packer
@@ -370,7 +367,7 @@ class Bus(Stream):
         super().__init__(made)
         self._receiving = receiving
 
-        def opened(_: str) -> "Capture | PythonCanCapture | blocks.Live":
+        def opened(_: str) -> "Capture | blocks.Live":
             return receiving
 
         reading = Reading(self._session, made.words, self._reader, open_input=opened)
@@ -431,7 +428,7 @@ def live(
 
             opened.append(SocketCan(list(channels), hardware_stamps=False, patient=reconnect))
         else:
-            from canalyze.sources.buses import PythonCan, known
+            from canalyze.sources.bridge.buses import PythonCan, known
 
             if not known(str(interface)):
                 raise ValueError(f"interface={interface!r}: python-can has no such interface")

@@ -290,7 +290,7 @@ def convert(
     import os
 
     from canalyze.errors import OutputError
-    from canalyze.sinks.target import forms, open_target, target
+    from canalyze.sinks import forms, open_target, target
 
     if not isinstance(out, str | os.PathLike):
         raise TypeError(f"out={out!r}: the name of a file is needed, not {type(out).__name__}")

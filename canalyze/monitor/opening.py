@@ -13,7 +13,7 @@ from canalyze.monitor.watch import Watch
 from canalyze.output import complain
 from canalyze.running.listening import ListeningOptions, channels_of, listening, set_rates
 from canalyze.running.reading import Reading
-from canalyze.sinks.target import RECORDS
+from canalyze.sinks import RECORDS
 from canalyze.sources.format import open_capture
 from canalyze.sources.replay import Replay
 from canalyze.words import Words

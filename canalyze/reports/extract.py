@@ -39,7 +39,7 @@ from canalyze.output.writing import Part
 from canalyze.records import records
 from canalyze.records.transfers import Transfer
 from canalyze.sources.compressed import COMPRESSIONS, Unpacked
-from canalyze.sources.memory import Memory
+from canalyze.sources.file import Memory
 from canalyze.words import Words
 
 FILL: Final = b"\0"

@@ -15,7 +15,9 @@ from typing import Any, Final, NamedTuple, TypedDict
 from canalyze.configuration import network
 from canalyze.configuration.options import ANY_PATH, BITRATE, FORCE, CaptureOptions, configured, option, positive, usage
 from canalyze.running.recording import Limit, Recordings, form_of, limit, open_recordings, recordable
-from canalyze.sources import buses, netdevices
+from canalyze.sources import netdevices
+from canalyze.sources.bridge import buses
+from canalyze.sources.bridge.packed import bus_name
 from canalyze.sources.file import STDIN
 from canalyze.sources.live import MOST_BUSES, Bus, Live
 from canalyze.words import Words
@@ -170,7 +172,7 @@ def _channels(texts: Sequence[str], words: Words) -> list[Channel]:
         name, _, filters = text.partition(",")
         if not name:
             raise usage(words, "listen.no_name", value=text or '""')
-        bus = buses.bus_name(name)
+        bus = bus_name(name)
         if any(other.name == name or other.bus == bus for other in channels):
             raise usage(words, "listen.twice", name=name)
         channels.append(Channel(name, bus, filters))

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from canalyze._core import Session
     from canalyze.sources.compressed import Damage
     from canalyze.sources.live import Live
-    from canalyze.sources.pythoncan import PythonCanCapture
 
 T = TypeVar("T")
 
@@ -62,7 +61,7 @@ class Reader(Protocol):
 class _Input:
     """One open file of those that are read together."""
 
-    def __init__(self, capture: "Capture | PythonCanCapture | Live") -> None:
+    def __init__(self, capture: "Capture | Live") -> None:
         self.capture = capture
         self.taken = 0
         self.rest = b""
@@ -88,7 +87,7 @@ class Reading:
         words: Words,
         reader: Reader,
         *,
-        open_input: Callable[[str], "Capture | PythonCanCapture | Live"] = open_capture,
+        open_input: Callable[[str], "Capture | Live"] = open_capture,
         merge: bool = False,
         given_format: bool = False,
         frameless: bool = False,
@@ -108,7 +107,7 @@ class Reading:
         self._name = ""
         self._held: list[str] = []
         self._more = 0
-        self.last: Capture | PythonCanCapture | Live | None = None
+        self.last: Capture | Live | None = None
         """The input that was read last, closed: what is known of it."""
         self.understood = False
         """Something could be read of it."""
@@ -129,7 +128,7 @@ class Reading:
         with ExitStack() as stack:
             inputs: list[_Input] = []
             for name in names:
-                capture: Capture | PythonCanCapture | Live | None
+                capture: Capture | Live | None
                 try:
                     capture = self._reader.during(partial(self._open_input, name))
                 except SourceError as error:
@@ -188,7 +187,7 @@ class Reading:
         self._release()
 
     def _ended(
-        self, number: int, capture: "Capture | PythonCanCapture | Live", stopped: SourceError | None, *, hold: bool
+        self, number: int, capture: "Capture | Live", stopped: SourceError | None, *, hold: bool
     ) -> Iterator[bytes]:
         session = self._session
         self.understood = stopped is None or session.file_frames > 0
@@ -210,7 +209,7 @@ class Reading:
         if stopped:
             self._reader.failed(stopped)
 
-    def _remarks(self, capture: "Capture | PythonCanCapture | Live") -> None:
+    def _remarks(self, capture: "Capture | Live") -> None:
         for remark in capture.remarks():
             self._reader.complain(remark.in_words(self._words))
 
@@ -238,7 +237,7 @@ class Reading:
 class Counted:
     """An open capture whose frames are counted while it is read, as bytes: SourceError at its end where it has none."""
 
-    def __init__(self, capture: "Capture | PythonCanCapture", session: "Session", words: Words, *, given_format: bool):
+    def __init__(self, capture: "Capture", session: "Session", words: Words, *, given_format: bool):
         """`session` counts; the format `info` does no more than that."""
         self.name, self.format = capture.name, capture.format
         self._capture, self._session, self._words, self._given_format = capture, session, words, given_format
@@ -262,7 +261,7 @@ class Counted:
 
 
 def nothing(
-    capture: "Capture | PythonCanCapture | Live",
+    capture: "Capture | Live",
     session: "Session",
     words: Words,
     *,

@@ -19,7 +19,7 @@ from typing import Final, NamedTuple
 
 from canalyze.errors import CanalyzeError, OutputError, as_error
 from canalyze.output.writing import in_place
-from canalyze.sinks.target import suffixes
+from canalyze.sinks import suffixes
 from canalyze.sources.live import BUS, MESSAGES, RECORDS, heads
 from canalyze.words import Words
 

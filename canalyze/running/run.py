@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from canalyze._core import Session
     from canalyze.configuration.options import CaptureOptions
     from canalyze.sources.live import Live
-    from canalyze.sources.pythoncan import PythonCanCapture
 
 T = TypeVar("T")
 
@@ -131,7 +130,7 @@ class Run:
         )
         self.failure: str | None = None
         """Why an input, or its rest, could not be read: the first such reason, in words."""
-        self.last: Capture | PythonCanCapture | Live | None = None
+        self.last: Capture | Live | None = None
         """The input that was read last, closed: what is known of it."""
         self.understood = False
         """Something could be read of it."""

@@ -1,4 +1,4 @@
-"""Files, pipes and standard input as bytes.
+"""Files, pipes, standard input and captures in memory as bytes.
 
 `read` returns the result of one read(2), at most 1 MiB, so that a line of a pipe is answered when it comes.
 A source knows neither formats nor frames.
@@ -110,6 +110,34 @@ class Source:
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
         """Closes the source."""
         self.close()
+
+
+class Memory:
+    """Bytes with a name, with the interface of `Source`."""
+
+    regular: Final = True
+    damage: Final = None
+    begins: Final = False
+    path: Final = None
+
+    def __init__(self, name: str, data: bytes) -> None:
+        """Wraps `data`; `name` is used in messages."""
+        self.name = name
+        self.taken = 0
+        self._data = memoryview(data)
+
+    def read(self) -> bytes:
+        """Returns the next bytes, b"" at the end."""
+        given = bytes(self._data[self.taken : self.taken + CHUNK])
+        self.taken += len(given)
+        return given
+
+    def rests(self) -> bool:
+        """Returns false; everything is there."""
+        return False
+
+    def close(self) -> None:
+        """Does nothing."""
 
 
 def total_size(names: tuple[str, ...]) -> int | None:

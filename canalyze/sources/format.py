@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Final, Self
 
 from canalyze.errors import CanalyzeError, SourceError
 from canalyze.sources.compressed import COMPRESSIONS, Damage, Layer, Transcoded, Unpacked
-from canalyze.sources.file import Source
+from canalyze.sources.file import Memory, Source
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
-    from canalyze.sources.memory import Memory
-    from canalyze.sources.pythoncan import PythonCanCapture
+    from canalyze.sources.bridge.reading import Bridged
 
 BRIDGED: Final = {"mf4": "mf4", "csv": "csv", "db": "sqlite"}
 """Formats that python-can reads: the names of --input-format, and the core's names for them."""
@@ -54,11 +54,11 @@ class _PutBack:
 class Capture:
     """An open input; a context manager."""
 
-    def __init__(self, source: "Source | Memory", form: str = "") -> None:
+    def __init__(self, source: Source | Memory, form: str = "") -> None:
         """Takes ownership of the source and reads its first bytes; `form` is the format, if it is known."""
         self.name = source.name
         self.format = form
-        """One of the core's FORMATS."""
+        """One of the core's FORMATS, or "packed"."""
         self.regular = source.regular
         """True for a regular file, false for a pipe, a terminal or a device."""
         self.compression: str | None = None
@@ -66,6 +66,8 @@ class Capture:
         self._source = source
         self._layer: Layer = source
         self._unpacked: Unpacked | None = None
+        self._bridged: Bridged | None = None
+        self._kind = ""
         self.head = source.read()
         """The first bytes, unpacked and decoded."""
         self._begun = self._behind_head = False
@@ -73,7 +75,7 @@ class Capture:
     @property
     def kind(self) -> str:
         """The name of its format."""
-        return self.format
+        return self._kind or self.format
 
     @property
     def taken(self) -> int:
@@ -88,7 +90,7 @@ class Capture:
     @property
     def begins(self) -> bool:
         """True if the bytes returned last are the first that a new checksum covers."""
-        return self._layer.begins if self._behind_head else self.compression is not None
+        return self.compression is not None and (self._layer.begins or not self._behind_head)
 
     @property
     def checked(self) -> bool | None:
@@ -108,14 +110,16 @@ class Capture:
 
     def rests(self) -> bool:
         """Returns true if nothing arrives at the moment, though the data has not ended."""
-        return (self._begun or not self.head) and self._source.rests()
+        return not self._bridged and (self._begun or not self.head) and self._source.rests()
 
     def remarks(self) -> list[CanalyzeError]:
-        """Returns an empty list; there are no remarks on plain bytes."""
-        return []
+        """Returns the remarks of python-can since the last call; there are none on plain bytes."""
+        return self._bridged.remarks() if self._bridged else []
 
     def close(self) -> None:
         """Closes the source."""
+        if self._bridged:
+            self._bridged.close()
         self._source.close()
 
     def __enter__(self) -> Self:
@@ -135,6 +139,17 @@ class Capture:
     def transcode(self, encoding: str) -> None:
         """Decodes the data to UTF-8, before any was read."""
         self._under(Transcoded(_PutBack(self.head, self._layer), encoding))
+
+    def bridge(self, form: str, formats: "Sequence[str]" = ()) -> None:
+        """Reads the data through python-can, before any was read; `form` is one of BRIDGED.
+
+        formats: those to choose from, if the user has given the form. Raises SourceError if a package is not installed.
+        """
+        from canalyze.sources.bridge.reading import Bridged
+
+        below = _PutBack(self.head, self._layer)
+        self._layer = self._bridged = Bridged(below, self.name, form, self.path, formats=formats)
+        self.format, self._kind, self.head = "packed", form, b""
 
     def _under(self, layer: Layer) -> None:
         self._layer = layer
@@ -158,7 +173,7 @@ class Capture:
             self.head += more
 
 
-def open_capture(name: str, asked: str | None = None, shown: str | None = None) -> "Capture | PythonCanCapture":
+def open_capture(name: str, asked: str | None = None, shown: str | None = None) -> Capture:
     """Opens the input of that name ('-' is standard input) and detects its format.
 
     asked: the format given by the user, also that of compressed data. shown: the name in messages. Raises SourceError
@@ -167,7 +182,7 @@ def open_capture(name: str, asked: str | None = None, shown: str | None = None) 
     return identified(Source(name, shown), asked)
 
 
-def identified(source: "Source | Memory", asked: str | None = None) -> "Capture | PythonCanCapture":
+def identified(source: Source | Memory, asked: str | None = None) -> Capture:
     """Detects the format of a source, also if it is compressed or of another encoding.
 
     Closes the source and raises SourceError if it cannot be read.
@@ -189,12 +204,11 @@ def identified(source: "Source | Memory", asked: str | None = None) -> "Capture 
         form = asked or form
         form = BRIDGED.get(form, form)
         if form in BRIDGED.values():
-            from canalyze.sources.pythoncan import PythonCanCapture
-
-            return PythonCanCapture(capture, form, formats=input_formats() if asked else ())
-        if form not in FORMATS:
+            capture.bridge(form, input_formats() if asked else ())
+        elif form in FORMATS:
+            capture.format = form
+        else:
             raise SourceError("source.other", name=source.name, kind=form)
-        capture.format = form
         return capture
     except BaseException:
         source.close()

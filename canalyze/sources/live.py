@@ -14,7 +14,7 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Final, Protocol, Self
 
-from canalyze.errors import CanalyzeError, SourceError
+from canalyze.errors import CanalyzeError, SourceError, one_line
 
 BUS, MESSAGES, RECORDS, DROPPED, UNTIL, GAP = range(1, 7)
 """Kinds of blocks, as the core numbers them."""
@@ -330,9 +330,7 @@ class Live:
         except SourceError as error:
             self._fail(error)
         except BaseException as error:  # a thread that has died in silence would be a bus on which nothing happens
-            text = " ".join(str(error).split())[:200]
-            problem = f"{type(error).__name__}: {text}" if text else type(error).__name__
-            self._fail(SourceError("live.broken", channel=", ".join(bus.names), problem=problem))
+            self._fail(SourceError("live.broken", channel=", ".join(bus.names), problem=one_line(error)))
         finally:
             with suppress(Exception):
                 bus.close()

@@ -13,8 +13,8 @@ from types import TracebackType
 from typing import Final, Self
 
 from canalyze.errors import CanalyzeError
+from canalyze.sources.bridge.packed import BUS, DROPPED, FRAME, records
 from canalyze.sources.live import RELEASE_ALL, dropped_block, name_block, records_block, until_block
-from canalyze.sources.packed import BUS, DROPPED, FRAME, FRAME_HEAD, OTHER_HEAD, STAMP
 
 RATE: Final = 1000.0
 """Frames per second of a capture without stamps, at speed 1."""
@@ -165,33 +165,30 @@ class Replay:
         """Returns the records that are due by now, as blocks."""
         self._reckon()
         blocks: list[bytes] = []
-        records, at, end = self._records, self._at, len(self._records)
-        most = end if self._speed else min(end, at + _MOST)
+        data, at = self._records, self._at
+        most = len(data) if self._speed else at + _MOST
         begin, count, bus = at, 0, -1
 
         def close() -> None:
             if count:
-                blocks.append(records_block(bus, records[begin:at], count))
+                blocks.append(records_block(bus, data[begin:at], count))
 
-        while at < most:
-            kind, flags, index, _, _, _, size, _, _, stamp = FRAME_HEAD.unpack_from(records, at)
-            if kind != FRAME:
+        for record in records(data, at):
+            if record.kind != FRAME:
                 close()
-                _, index, size, _, number, _ = OTHER_HEAD.unpack_from(records, at)
-                at += FRAME_HEAD.size + size
-                if kind == BUS:
-                    blocks.append(name_block(index, records[at - size : at].decode("utf-8", "replace")))
-                elif kind == DROPPED:
-                    blocks.append(dropped_block(index, number))
-                begin, count = at, 0
-                continue
-            if not self._is_due(bool(flags & STAMP), stamp):
+                if record.kind == BUS:
+                    blocks.append(name_block(record.bus, data[record.begin : record.end].decode("utf-8", "replace")))
+                elif record.kind == DROPPED:
+                    blocks.append(dropped_block(record.bus, record.number))
+                begin, count = record.end, 0
+            elif at >= most or not self._is_due(record.is_stamped, record.number):
                 break
-            if index != bus:
-                close()
-                begin, count, bus = at, 0, index
-            at += FRAME_HEAD.size + size
-            count += 1
+            else:
+                if record.bus != bus:
+                    close()
+                    begin, count, bus = at, 0, record.bus
+                count += 1
+            at = record.end
         close()
         self._at = at
         if blocks:
@@ -233,8 +230,7 @@ class Replay:
         if self._newest is None:
             return until_block(RELEASE_ALL)
         until = max(self._newest, self._origin + int(self._due))
-        if self._at < len(self._records):
-            kind, flags, *_, stamp = FRAME_HEAD.unpack_from(self._records, self._at)
-            if kind == FRAME and flags & STAMP:
-                until = min(until, stamp - 1)
+        following = next(records(self._records, self._at), None)
+        if following and following.is_stamped:
+            until = min(until, following.number - 1)
         return until_block(max(until, 0))

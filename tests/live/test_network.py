@@ -18,7 +18,7 @@ from record_network import SESSIONS
 from test_candump import socketcan  # noqa: F401 - a fixture for every test here
 
 RECORDER = """
-from canalyze.sources.library import library
+from canalyze.sources.bridge import library
 library()  # else python-can loads what only MF4 needs, which takes longer than all the rest
 import record_network
 record_network.main()

@@ -37,15 +37,16 @@ _STEPS: Final = 10_000
 class Copy:
     """A copy of a database, and where it is truncated."""
 
-    def __init__(self, database: Path, original: Path | None) -> None:
-        """Examines the copy at `database`; `original` is the file that was copied, if there is one."""
-        self.path = database
+    def __init__(self, original: Path, directory: Path) -> None:
+        """Copies a database to a directory, unless it is there already. Raises OSError if that fails."""
+        self.path = original if original.parent == directory else directory / "copy.sqlite"
+        if self.path != original:
+            shutil.copyfile(original, self.path)
         self.cut: tuple[int, int] | None = None
         """The place of an incomplete page, and the bytes of it that are there; None if the database is whole."""
-        if not (original and _journals(original, database)):
-            self.cut = _recounted(database)
-
-        self.most_rows = database.stat().st_size // _LEAST_ROW
+        if self.path == original or not _journals(original, self.path):
+            self.cut = _recounted(self.path)
+        self.most_rows = self.path.stat().st_size // _LEAST_ROW
         """Maximum number of rows; more mean that its pages form a circle."""
 
     def computes(self, table: str) -> bool:
@@ -92,13 +93,6 @@ def heed(error: BaseException) -> None:
     """Raises KeyboardInterrupt if it ended the query, because SQLite swallows exceptions raised in its callbacks."""
     if isinstance(error, sqlite3.Error) and getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_INTERRUPT:
         raise KeyboardInterrupt from None
-
-
-def copied(original: Path, directory: Path) -> Copy:
-    """Copies a database to a directory. Raises OSError if that fails."""
-    database = directory / "copy.sqlite"
-    shutil.copyfile(original, database)
-    return Copy(database, original)
 
 
 def _journals(original: Path, database: Path) -> bool:

@@ -7,16 +7,15 @@ files, or wait for the reader.
 
 import contextlib
 import logging
-import struct
 import time
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, Final
 
 from canalyze.errors import CanalyzeError, SourceError
-from canalyze.sources.library import library
+from canalyze.sources.bridge import Heard, library
+from canalyze.sources.bridge.packed import Packer, Unfit, bus_name
 from canalyze.sources.live import LinkLost, dropped_block, name_block, records_block, until_block
-from canalyze.sources.packed import Packer, Unfit
 from canalyze.values import DATES_NS
 
 if TYPE_CHECKING:
@@ -99,10 +98,6 @@ _TRIES: Final = 3
 """Number of consecutive errors after which an adapter is lost; fewer cost a frame each."""
 _RATES: Final = frozenset({"bitrate", "timing", "f_clock"})
 """Settings that contain the bit rate."""
-_REMARKS: Final = 20
-"""Maximum number of log lines of the library that are passed on."""
-_NAME: Final = 32
-"""Maximum length of the name of a bus."""
 
 
 def names() -> list[str]:
@@ -133,15 +128,6 @@ def option(text: str) -> tuple[str, Any] | None:
     if not equals or not key.isidentifier() or key in ("interface", "channel"):
         return None
     return key, cast_from_string(value)
-
-
-def bus_name(channel: str) -> str:
-    """Returns the name of a channel in listings: its name without the folder; channel 0 is can0."""
-    if channel.isdecimal():
-        return f"can{int(channel)}"
-    name = channel.rstrip("/\\").replace("\\", "/").rpartition("/")[2]
-    name = "".join(char if "!" <= char <= "~" and char not in "#," else "_" for char in name)[:_NAME]
-    return name if name[:1].isalnum() else f"can{name}"
 
 
 class PythonCan:
@@ -206,7 +192,7 @@ class PythonCan:
             while message is not None:
                 try:
                     records.append(self._packer.frame(self._clock.settled(message), 0, self._bare))
-                except (Unfit, TypeError, ValueError, struct.error):
+                except Unfit:
                     dropped += 1
                 if len(records) >= _MOST or time.monotonic() > end:
                     break
@@ -395,29 +381,5 @@ class _Clock:
         return round((now - late) * 1e9)
 
 
-class _Heard(logging.Handler):
-    """Keeps what python-can logs away from the terminal."""
-
-    def __init__(self) -> None:
-        super().__init__(logging.WARNING)
-        self._lines: dict[str, None] = {}
-        self._new: list[str] = []
-
-    def emit(self, record: logging.LogRecord) -> None:
-        line = " ".join(record.getMessage().split())[:200]
-        if line and line not in self._lines and len(self._lines) < _REMARKS:
-            self._lines[line] = None
-            self._new.append(line)
-
-    def take(self) -> list[str]:
-        """Returns the lines since the last call; a repeated line is returned once."""
-        self.acquire()  # as `emit` has it: channels have threads of their own
-        try:
-            new, self._new = self._new, []
-        finally:
-            self.release()
-        return new
-
-
-_HEARD: Final = _Heard()
+_HEARD: Final = Heard()
 """Shared by all channels, because the library has one log."""
