@@ -31,6 +31,7 @@ from canalyze.fleet.clusters import Beside, DaskCluster, RayCluster
 from canalyze.fleet.stores import Capture, captures
 from canalyze.fleet.task import Manifest, Work, restored, stored, verdict_of
 from canalyze.running.pool import Executor, Pool
+from canalyze.running.run import Interrupt
 
 RULES = SAMPLES / "rules"
 
@@ -441,6 +442,27 @@ def test_limits_reach_the_workers(tmp_path: Path, canalyze: Runner) -> None:
     (row,) = [row for row in manifests(tmp_path / "out").values() if row["failed"]]
     assert (row["failed"], row["attempts"]) == ("time", 3)
     assert "  captures/stuck.log: took longer than --timeout (3 attempts)" in done.lines
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processes are forked on Linux alone")
+@pytest.mark.parametrize(
+    ("changes", "store", "megabytes", "method"),
+    [
+        ({}, None, None, "fork"),
+        ({"action": "export"}, None, None, "spawn"),
+        ({"out": "s3://results/out"}, None, None, "spawn"),
+        ({}, "s3://captures", None, "spawn"),
+        ({}, None, 500, "spawn"),
+    ],
+)
+def test_processes_are_forked_only_where_nothing_has_threads(
+    tmp_path: Path, changes: dict[str, Any], store: str | None, megabytes: int | None, method: str
+) -> None:
+    how = runs.How(None, 2, None, megabytes, None, retry=False, html=False, color="auto")
+    one = work(**{"out": tmp_path / "out"} | changes)
+    made = runs._executor(how, one, [Capture("a.log", "/a.log", store)], Interrupt())
+    assert isinstance(made, Pool)
+    assert made._context.get_start_method() == method
 
 
 def test_results_that_cannot_be_written_end_the_run(tmp_path: Path, canalyze: Runner) -> None:

@@ -15,7 +15,7 @@ from typing import Any, Final, NamedTuple
 from canalyze import __version__
 from canalyze.errors import CanalyzeError, ConfigError, OutputError, SourceError
 from canalyze.fleet import stores, task
-from canalyze.fleet.stores import Capture, Place, content, place
+from canalyze.fleet.stores import Capture, Place, content, is_url, place
 from canalyze.fleet.task import Action, Manifest, Piece, Work, do, problems_of, records_of, verdict_of
 from canalyze.output import Kept, Output, Progress, complain, open_output
 from canalyze.output import jsonl as json_lines
@@ -184,7 +184,7 @@ def complete(work: Work, sources: Sequence[str], how: How, words: Words) -> int:
         progress = Progress(words, out, None, until_output=True)
         interrupt = stack.enter_context(Interrupt())
         if todo:
-            executor = _executor(how, work, min(how.workers or processors(), len(todo)), interrupt)
+            executor = _executor(how, work, todo, interrupt)
             stack.callback(executor.close)
             began = monotonic()
             for count, one in enumerate(run(executor, work, todo), 1):
@@ -209,11 +209,15 @@ def complete(work: Work, sources: Sequence[str], how: How, words: Words) -> int:
     return 1 if work.action == "check" and any(one.findings for one in manifests) else 0
 
 
-def _executor(how: How, work: Work, width: int, interrupt: Interrupt) -> Any:
+def _executor(how: How, work: Work, todo: Sequence[Capture], interrupt: Interrupt) -> Any:
     """Returns what does the work: processes of this machine, or an engine."""
-    one = partial(do, work)
+    one, width = partial(do, work), min(how.workers or processors(), len(todo))
     if how.on is None:
-        return Pool(one, width, seconds=how.seconds, megabytes=how.megabytes, during=interrupt.during)
+        # Clients of stores have threads, and so may what writes tables; a limit of memory is for the work alone.
+        alone = work.action != "export" and not is_url(work.out) and all(one.store is None for one in todo)
+        alone = alone and how.megabytes is None
+        limits: dict[str, Any] = {"seconds": how.seconds, "megabytes": how.megabytes}
+        return Pool(one, width, forked=alone, during=interrupt.during, **limits)
     from canalyze.fleet.clusters import ENGINES, Beside
 
     name, address = how.on

@@ -256,7 +256,7 @@ def captures(sources: Iterable[str], out: str, *, beside: bool) -> list[Capture]
             some = [
                 Capture(name, str(Path(name).absolute()), None, stamp(name, beside=beside))
                 for name in _files(local(source))
-                if results is None or results not in Path(name).resolve().parents
+                if results is None or not Path(name).resolve().is_relative_to(results)
             ]
         if not some:
             raise SourceError("fleet.none", name=source)

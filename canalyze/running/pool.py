@@ -161,7 +161,8 @@ class Pool:
 
     def _started(self) -> "tuple[Connection, _Worker]":
         here, there = self._context.Pipe()
-        process = self._context.Process(target=_serve, args=(there, self._work, self._megabytes), daemon=True)
+        given = there, self._work, self._megabytes, self._seconds is not None
+        process = self._context.Process(target=_serve, args=given, daemon=True)
         process.start()
         there.close()
         return here, _Worker(process)
@@ -175,7 +176,7 @@ class Pool:
             yield self._lost(connection, "died")
             return
         if kind == "begun":
-            worker.overdue = _NEVER if self._seconds is None else monotonic() + self._seconds
+            worker.overdue = monotonic() + (self._seconds or 0)
         elif kind == "progress":
             self._progress(worker.piece, said)
         elif kind == "memory":
@@ -214,8 +215,11 @@ def processors() -> int:
     return os.cpu_count() or 1
 
 
-def _serve(connection: "Connection", work: Work, megabytes: int | None) -> None:
-    """Does pieces of work one after the other, in a process that does nothing else."""
+def _serve(connection: "Connection", work: Work, megabytes: int | None, timed: bool) -> None:
+    """Does pieces of work one after the other, in a process that does nothing else.
+
+    timed: the beginning of each is reported.
+    """
     import threading
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that waits for this one
@@ -226,7 +230,8 @@ def _serve(connection: "Connection", work: Work, megabytes: int | None) -> None:
     with suppress(EOFError, OSError):  # the process that waits for it has ended
         while True:
             piece = connection.recv()
-            connection.send(("begun", None))
+            if timed:
+                connection.send(("begun", None))
             try:
                 said = "done", work(piece, lambda word: connection.send(("progress", word)))
             except MemoryError:
