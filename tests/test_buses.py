@@ -66,31 +66,34 @@ def parameters(interface: str) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize("interface", buses.LISTEN_ONLY)
+QUIET = {name: adapter.quiet for name, adapter in buses.ADAPTERS.items() if adapter.quiet}
+RATED = {name for name, adapter in buses.ADAPTERS.items() if adapter.rated}
+
+
+@pytest.mark.parametrize("interface", QUIET)
 def test_a_switch_for_listening_is_a_parameter_of_the_interface(interface: str) -> None:
-    assert buses.LISTEN_ONLY[interface].keys() <= parameters(interface)
-    state = buses.LISTEN_ONLY[interface].get("state")
+    assert QUIET[interface].keys() <= parameters(interface)
+    state = QUIET[interface].get("state")
     assert state is None or state in can.BusState.__members__
 
 
 def test_interfaces_without_a_switch_have_none() -> None:
     """One that python-can gives a switch later is to be taken up."""
     silent = ("listen", "silent", "passive")
-    for interface in sorted(set(BACKENDS) - set(buses.LISTEN_ONLY)):
+    for interface in sorted(set(BACKENDS) - set(QUIET)):
         assert not {name for name in parameters(interface) if any(word in name for word in silent)}, interface
 
 
-def test_tables_name_interfaces_that_there_are() -> None:
-    tables = (buses.LISTEN_ONLY, buses.DATA_RATE, buses.TIMED, buses.PIP, buses.DRIVER)
-    named = {name for table in tables for name in table} | buses.WIRELESS | buses.SOCKETCAN_ERRORS
-    assert named <= set(BACKENDS)
-    for interface, name in buses.DATA_RATE.items():
-        assert name in parameters(interface)
+def test_each_interface_has_a_row() -> None:
+    assert set(buses.ADAPTERS) == set(BACKENDS)
+    for interface, adapter in buses.ADAPTERS.items():
+        assert adapter.data_rate == "data_bitrate" or adapter.data_rate in parameters(interface)
 
 
 def test_what_an_interface_needs_is_known_of_each() -> None:
     """Of every one but those that need nothing: SocketCAN, the network, the virtual bus."""
-    assert set(BACKENDS) - set(buses.PIP) - set(buses.DRIVER) == {"socketcan", "socketcand", "virtual"}
+    nothing = {name for name, adapter in buses.ADAPTERS.items() if not (adapter.pip or adapter.driver)}
+    assert nothing == {"socketcan", "socketcand", "virtual"}
 
 
 @pytest.mark.parametrize("interface", sorted(set(BACKENDS) - {"virtual", "udp_multicast", "socketcan"}))
@@ -104,10 +107,10 @@ def test_what_cannot_be_opened_is_one_line(interface: str, capfd: pytest.Capture
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize("interface", sorted(buses.RATED))
+@pytest.mark.parametrize("interface", sorted(RATED))
 def test_an_adapter_that_acknowledges_needs_the_rate(interface: str) -> None:
     """At a wrong one it would disturb the bus."""
-    assert interface not in buses.LISTEN_ONLY
+    assert interface not in QUIET
     with pytest.raises(SourceError, match="--bitrate"):
         PythonCan(interface, "0", first=0)
     with pytest.raises(SourceError) as caught:  # goes on to what is missing here
@@ -117,7 +120,7 @@ def test_an_adapter_that_acknowledges_needs_the_rate(interface: str) -> None:
 
 def test_every_other_one_that_acknowledges_keeps_its_rate() -> None:
     """Unless it is told one: what has a rate of its own in python-can has a row."""
-    for interface in set(BACKENDS) - set(buses.LISTEN_ONLY) - buses.RATED:
+    for interface in set(BACKENDS) - set(QUIET) - RATED:
         assert not re.search(r"bitrate(: int)? ?= ?[1-9]", text_of(interface)), interface
 
 

@@ -10,7 +10,7 @@ import logging
 import time
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from canalyze.errors import CanalyzeError, SourceError
 from canalyze.sources.bridge import Heard, library
@@ -22,63 +22,53 @@ if TYPE_CHECKING:
     from can import BusABC, Message
 
 
-LISTEN_ONLY: Final[Mapping[str, Mapping[str, object]]] = {
-    "cantact": {"monitor": True},
-    "kvaser": {"driver_mode": False},
-    "nixnet": {"listen_only": True},
-    "pcan": {"state": "PASSIVE"},
-    "seeedstudio": {"operation_mode": "silent"},
-    "slcan": {"listen_only": True},
-    "systec": {"state": "PASSIVE"},
-    "vector": {"listen_only": True},
+class Adapter(NamedTuple):
+    """The facts about an interface of python-can."""
+
+    quiet: Mapping[str, object] = {}
+    """The settings that keep it from acknowledging frames; empty if it has no such switch."""
+    pip: str = ""
+    """The extra of python-can that it needs."""
+    driver: str = ""
+    """The vendor's library that it needs, which pip does not install."""
+    rated: bool = False
+    """True if it acknowledges, and uses a default bit rate where none is given; a wrong one disturbs the bus."""
+    real: bool = True
+    """False for an interface without an adapter: there is nothing to acknowledge."""
+    errors: bool = False
+    """True if its error frames have SocketCAN's layout. The content of others is ignored."""
+    data_rate: str = "data_bitrate"
+    """The name of its parameter for the bit rate of CAN FD data."""
+    clock_hz: int = 0
+    """Its clock frequency, if it accepts CAN FD rates only as bit timing."""
+
+
+ADAPTERS: Final[Mapping[str, Adapter]] = {
+    "canalystii": Adapter(pip="canalystii"),
+    "cantact": Adapter({"monitor": True}, pip="cantact"),
+    "etas": Adapter(driver="ETAS BOA (Windows)", rated=True),
+    "gs_usb": Adapter(pip="gs-usb", rated=True, errors=True),
+    "iscan": Adapter(driver="Thorsis isCAN (Windows)", rated=True),
+    "ixxat": Adapter(driver="HMS Ixxat VCI (Windows)", rated=True),
+    "kvaser": Adapter({"driver_mode": False}, driver="Kvaser CANlib"),
+    "neousys": Adapter(driver="Neousys WDT_DIO", rated=True),
+    "neovi": Adapter(pip="neovi", driver="Intrepid ICS neoVI"),
+    "nican": Adapter(driver="NI-CAN (Windows)"),
+    "nixnet": Adapter({"listen_only": True}, pip="nixnet", driver="NI-XNET (Windows)", data_rate="fd_bitrate"),
+    "pcan": Adapter({"state": "PASSIVE"}, driver="PEAK PCAN-Basic", clock_hz=80_000_000),
+    "robotell": Adapter(pip="serial"),
+    "seeedstudio": Adapter({"operation_mode": "silent"}, pip="seeedstudio"),
+    "serial": Adapter(pip="serial"),
+    "slcan": Adapter({"listen_only": True}, pip="serial", clock_hz=80_000_000),
+    "socketcan": Adapter(errors=True),
+    "socketcand": Adapter(errors=True),
+    "systec": Adapter({"state": "PASSIVE"}, driver="SYS TEC USB-CANmodul (Windows)"),
+    "udp_multicast": Adapter(pip="multicast", real=False, errors=True),
+    "usb2can": Adapter(driver="8devices usb2can.dll (Windows)", rated=True),
+    "vector": Adapter({"listen_only": True}, driver="Vector XL Driver Library (Windows)"),
+    "virtual": Adapter(real=False, errors=True),
 }
-"""Settings that keep an adapter from acknowledging frames. Other adapters have no such switch."""
-
-RATED: Final = frozenset({"etas", "gs_usb", "iscan", "ixxat", "neousys", "usb2can"})
-"""Adapters that acknowledge and use a default bit rate where none is given; a wrong one disturbs the bus."""
-
-WIRELESS: Final = frozenset({"udp_multicast", "virtual"})
-"""Interfaces without an adapter: there is nothing to acknowledge."""
-
-SOCKETCAN_ERRORS: Final = frozenset({"gs_usb", "socketcan", "socketcand", "udp_multicast", "virtual"})
-"""Interfaces whose error frames have SocketCAN's layout. The content of others is ignored."""
-
-DATA_RATE: Final[Mapping[str, str]] = {"nixnet": "fd_bitrate"}
-"""Parameter names of the CAN FD data bit rate that differ from `data_bitrate`."""
-
-TIMED: Final[Mapping[str, int]] = {"pcan": 80_000_000, "slcan": 80_000_000}
-"""Interfaces that accept CAN FD rates only as bit timing, with their clock frequency in Hz."""
-
-PIP: Final[Mapping[str, str]] = {
-    "canalystii": "python-can[canalystii]",
-    "cantact": "python-can[cantact]",
-    "gs_usb": "python-can[gs-usb]",
-    "neovi": "python-can[neovi]",
-    "nixnet": "python-can[nixnet]",
-    "robotell": "python-can[serial]",
-    "seeedstudio": "python-can[seeedstudio]",
-    "serial": "python-can[serial]",
-    "slcan": "python-can[serial]",
-    "udp_multicast": "python-can[multicast]",
-}
-"""The pip requirement of each interface."""
-
-DRIVER: Final[Mapping[str, str]] = {
-    "etas": "ETAS BOA (Windows)",
-    "iscan": "Thorsis isCAN (Windows)",
-    "ixxat": "HMS Ixxat VCI (Windows)",
-    "kvaser": "Kvaser CANlib",
-    "neousys": "Neousys WDT_DIO",
-    "neovi": "Intrepid ICS neoVI",
-    "nican": "NI-CAN (Windows)",
-    "nixnet": "NI-XNET (Windows)",
-    "pcan": "PEAK PCAN-Basic",
-    "systec": "SYS TEC USB-CANmodul (Windows)",
-    "usb2can": "8devices usb2can.dll (Windows)",
-    "vector": "Vector XL Driver Library (Windows)",
-}
-"""Vendor libraries that an interface needs and that pip does not install."""
-
+"""The interfaces of python-can; plugins have no row."""
 
 _MOST: Final = 1000
 """Maximum number of frames in a block."""
@@ -156,11 +146,10 @@ class PythonCan:
         self.names: Sequence[str] = (name or bus_name(channel),)
         self._channel = channel
         self.first = first
-        self._options = dict(options or {})
-        self._settings = _settings(interface, bitrate, data_bitrate, self._options, fd=fd)
-        if interface in RATED and self._settings.keys().isdisjoint(_RATES):
+        self._adapter = ADAPTERS.get(interface, Adapter())
+        self._settings = _settings(interface, self._adapter, bitrate, data_bitrate, fd=fd) | dict(options or {})
+        if self._adapter.rated and self._settings.keys().isdisjoint(_RATES):
             raise SourceError("bus.needs_rate", name=channel, interface=interface)
-        self._bare = interface not in SOCKETCAN_ERRORS
         self._bus: BusABC | None = None
         self._lost: SourceError | None = None
         logging.getLogger("can").addHandler(_HEARD)
@@ -172,8 +161,8 @@ class PythonCan:
     @property
     def acknowledges(self) -> bool:
         """True if the adapter acknowledges frames as a node does, because it cannot be switched to listen only."""
-        switch = LISTEN_ONLY.get(self.interface, {"listen_only": True})
-        return self.interface not in WIRELESS and switch.keys().isdisjoint(self._settings)
+        switch = self._adapter.quiet or {"listen_only": True}
+        return self._adapter.real and switch.keys().isdisjoint(self._settings)
 
     def receive(self, timeout_s: float) -> bytes:
         """Waits up to `timeout_s` for frames and returns them as blocks, with the time up to which all have come.
@@ -191,7 +180,7 @@ class PythonCan:
             end = time.monotonic() + _LONGEST_S
             while message is not None:
                 try:
-                    records.append(self._packer.frame(self._clock.settled(message), 0, self._bare))
+                    records.append(self._packer.frame(self._clock.settled(message), bare=not self._adapter.errors))
                 except Unfit:
                     dropped += 1
                 if len(records) >= _MOST or time.monotonic() > end:
@@ -249,14 +238,14 @@ class PythonCan:
         from can import CanInterfaceNotImplementedError
 
         facts = {"name": self._channel, "interface": self.interface, "problem": _said(error)}
-        pip, driver = PIP.get(self.interface), DRIVER.get(self.interface)
+        pip, driver = self._adapter.pip, self._adapter.driver
         # Without its library a backend fails where it first calls it.
         absent = isinstance(error, CanInterfaceNotImplementedError | ImportError | NameError)
         absent = absent or (self.interface == "pcan" and isinstance(error, OSError) and "not found" in str(error))
         if absent and driver and not (pip and "No module" in facts["problem"]):
             return SourceError("bus.no_driver", driver=driver, **facts)
         if absent and pip:
-            return SourceError("bus.no_package", line=f"pip install '{pip}'", **facts)
+            return SourceError("bus.no_package", line=f"pip install 'python-can[{pip}]'", **facts)
         if absent:
             return SourceError("bus.no_support", **facts)
         if isinstance(error, TypeError | ValueError):
@@ -285,28 +274,23 @@ class PythonCan:
 
 
 def _settings(
-    interface: str, bitrate: int | None, data_bitrate: int | None, options: dict[str, Any], *, fd: bool
+    interface: str, adapter: Adapter, bitrate: int | None, data_bitrate: int | None, *, fd: bool
 ) -> dict[str, Any]:
-    """Returns the parameters of python-can's bus; the user's own options override the others."""
-    given: dict[str, Any] = dict(_listen_only(interface))
+    """Returns the parameters of python-can's bus; the user's own options override them."""
+    given: dict[str, Any] = dict(adapter.quiet or _own_switch(interface))
     if bitrate is not None:
         given["bitrate"] = bitrate
     if fd:
         given["fd"] = True
-        if interface in TIMED and bitrate and data_bitrate:
-            given["timing"] = _timing(TIMED[interface], bitrate, data_bitrate)
+        if adapter.clock_hz and bitrate and data_bitrate:
+            given["timing"] = _timing(adapter.clock_hz, bitrate, data_bitrate)
         elif data_bitrate is not None:
-            given[DATA_RATE.get(interface, "data_bitrate")] = data_bitrate
-    return given | options
+            given[adapter.data_rate] = data_bitrate
+    return given
 
 
-def _listen_only(interface: str) -> Mapping[str, object]:
-    """Returns the settings that make an interface listen only.
-
-    A plugin or a newer interface is inspected for a `listen_only` parameter.
-    """
-    if interface in LISTEN_ONLY:
-        return LISTEN_ONLY[interface]
+def _own_switch(interface: str) -> Mapping[str, object]:
+    """Returns the settings that make a plugin or a newer interface listen only, if it has a `listen_only` parameter."""
     import importlib
     import inspect
 
@@ -314,8 +298,7 @@ def _listen_only(interface: str) -> Mapping[str, object]:
 
     with contextlib.suppress(Exception):  # a missing package is reported when it is opened
         module, name = BACKENDS[interface]
-        parameters = inspect.signature(getattr(importlib.import_module(module), name).__init__).parameters
-        if "listen_only" in parameters:
+        if "listen_only" in inspect.signature(getattr(importlib.import_module(module), name).__init__).parameters:
             return {"listen_only": True}
     return {}
 
