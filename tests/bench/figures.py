@@ -35,7 +35,7 @@ from bench_captures import capture
 TABLE = Path(__file__).with_name("figures.md")
 SMALL = 1000
 """Captures of ten frames, to see what a capture of a fleet costs beside its work."""
-LARGE = 40
+LARGE = 100
 """Captures of a tenth of the frames, to see what a second worker brings."""
 START = 15
 """Runs in a round of what takes milliseconds."""
