@@ -9,13 +9,14 @@ import os
 import signal
 import time
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from canalyze.fleet import task
 from canalyze.fleet.task import Manifest, Piece, Work
-from canalyze.running.pool import Tell
+from canalyze.running.pool import Ended, Tell
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,30 @@ class Traced:
     def _write(self, what: str, name: str) -> None:
         with Path(self.trace).open("a") as file:
             file.write(f"{what} {name} {os.getpid()} {os.getppid()}\n")
+
+
+class Here:
+    """An executor that does the pieces in this process, one after the other, in the order in which they came."""
+
+    width = 1
+
+    def __init__(self, work: Any, *_: Any, **__: Any) -> None:
+        """Begins without pieces."""
+        self._work = work
+        self._pieces: list[Any] = []
+
+    def submit(self, piece: Any) -> None:
+        """Submits a piece."""
+        self._pieces.append(piece)
+
+    def completed(self) -> Iterator[Ended]:
+        """Yields the pieces as they end."""
+        while self._pieces:
+            piece = self._pieces.pop(0)
+            yield Ended(piece, self._work(piece, lambda word: None))
+
+    def close(self) -> None:
+        """Does nothing."""
 
 
 def trace(path: Path) -> list[list[str]]:

@@ -15,10 +15,16 @@ from xml.etree import ElementTree
 import pytest
 from captures import SAMPLES, SHARED
 from conftest import Runner, command, environment
+from fleet_works import Here
 from processes import wait_until_idle
 from test_cli_terminal import on_terminal
 
 from canalyze._core import COLOURS
+from canalyze.check import examination
+from canalyze.check.examination import Far, Job
+from canalyze.check.verdict import Examined
+from canalyze.configuration.network import Known
+from canalyze.running import pool
 
 RULES = SAMPLES / "rules"
 GOLDEN = SAMPLES / "check"
@@ -154,6 +160,24 @@ def test_results_come_in_the_order_given(canalyze: Runner, set_of_captures: Path
     names = ["captures/big.log", "captures/toggle.log", "captures/clean.log", "captures/sync.log"]
     for order in (names, names[::-1]):
         assert [row["file"] for row in ends(jsonl(canalyze, *order))] == order
+
+
+def test_the_largest_captures_are_begun_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = [str(tmp_path / name) for name in ("a.log", "b.log", "none.log", "c.log")]
+    for name, size in zip(names, (20, 300, 0, 30), strict=True):
+        if size:
+            Path(name).write_bytes(bytes(size))
+    begun: list[str] = []
+
+    def noted(name: str, *_: object) -> Examined:
+        begun.append(Path(name).name)
+        return Examined(name)
+
+    monkeypatch.setattr(examination, "examine", noted)
+    monkeypatch.setattr(pool, "Pool", Here)
+    found, signal = examination.examine_all(names, Job("en", {}, Known(), {}), Far(lambda word: None))
+    assert ([one.file for one in found if one], signal) == (names, 0)
+    assert begun == ["b.log", "c.log", "a.log", "none.log"]
 
 
 def test_quoted_globs(canalyze: Runner, set_of_captures: Path) -> None:

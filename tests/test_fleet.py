@@ -20,7 +20,7 @@ from xml.etree import ElementTree
 import pytest
 from captures import SAMPLES, TESTS
 from conftest import NOTES, Runner, environment
-from fleet_works import Traced, counts, trace
+from fleet_works import Here, Traced, counts, trace
 
 from canalyze.check import policy
 from canalyze.check.examination import Far, Job, examine
@@ -29,9 +29,10 @@ from canalyze.configuration.network import Known
 from canalyze.fleet import run as runs
 from canalyze.fleet.clusters import Beside, DaskCluster, RayCluster
 from canalyze.fleet.stores import Capture, captures
-from canalyze.fleet.task import Manifest, Work, restored, stored, verdict_of
+from canalyze.fleet.task import Manifest, Piece, Work, restored, stored, verdict_of
 from canalyze.running.pool import Executor, Pool
 from canalyze.running.run import Interrupt
+from canalyze.words import Words
 
 RULES = SAMPLES / "rules"
 
@@ -442,6 +443,37 @@ def test_limits_reach_the_workers(tmp_path: Path, canalyze: Runner) -> None:
     (row,) = [row for row in manifests(tmp_path / "out").values() if row["failed"]]
     assert (row["failed"], row["attempts"]) == ("time", 3)
     assert "  captures/stuck.log: took longer than --timeout (3 attempts)" in done.lines
+
+
+def test_the_largest_captures_are_begun_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "captures"
+    folder.mkdir()
+    for name, count in (("a.log", 2), ("b.log", 9), ("c.log", 1), ("d.log", 5)):
+        (folder / name).write_text(NOTES * count)
+    begun: list[str] = []
+
+    def noted(_: Work, piece: Piece, __: object) -> Manifest:
+        begun.append(Path(piece.capture.name).name)
+        return Manifest(piece.capture.name, piece.capture.id, "", "", "", "", None, None, 1, 0, 0, 0.0, None)
+
+    monkeypatch.setattr(runs, "Pool", Here)
+    monkeypatch.setattr(runs, "do", noted)
+    how = runs.How(None, 1, None, None, None, retry=False, html=False, color="never")
+    assert runs.complete(work(tmp_path / "out"), [str(folder)], how, Words("en")) == 0
+    assert begun == ["b.log", "d.log", "a.log", "c.log"]
+
+
+@pytest.mark.parametrize(
+    ("capture", "size"),
+    [
+        (Capture("a", "/a", None, "120-1-2-3"), 120),
+        (Capture("a", "/a", None, "120-1-2-3 7-1-2-3"), 120),
+        (Capture("a", "/a"), 0),
+        (Capture("s3://b/a", "a", "s3://b", '"0f-1" 44'), 44),
+    ],
+)
+def test_sizes_of_captures(capture: Capture, size: int) -> None:
+    assert capture.size == size
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are forked on Linux alone")

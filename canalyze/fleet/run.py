@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from functools import partial
 from itertools import islice
+from operator import attrgetter
 from time import monotonic
 from typing import Any, Final, NamedTuple
 
@@ -179,6 +180,7 @@ def complete(work: Work, sources: Sequence[str], how: How, words: Words) -> int:
     captures = [one for one in every if shard is None or one.in_shard(*shard)]
     done = standing(work, captures, retry=how.retry)
     todo = [one for one in captures if one.id not in done]
+    todo.sort(key=attrgetter("size"), reverse=True)  # so that no process is left alone with a long one at the end
     with ExitStack() as stack:
         out = stack.enter_context(open_output(None, color=how.color))
         progress = Progress(words, out, None, until_output=True)

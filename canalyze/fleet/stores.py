@@ -237,6 +237,11 @@ class Capture:
         where = self.path if self.store is None else f"{self.store}/{self.path}"
         return hashlib.sha256(os.fsencode(where)).hexdigest()[:32]
 
+    @property
+    def size(self) -> int:
+        """Size in bytes, 0 for a pipe."""
+        return int((self.stamp.rpartition(" ")[2] if self.store else self.stamp.partition("-")[0]) or 0)
+
     def in_shard(self, number: int, of: int) -> bool:
         """Returns true if it belongs to a shard, counted from 1. Each capture belongs to one shard."""
         return int(self.id, 16) % of == number - 1
