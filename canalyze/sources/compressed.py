@@ -11,48 +11,21 @@ import sys
 import zlib
 from collections.abc import Callable
 from types import ModuleType
-from typing import Final, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, TypeAlias
 
 HEAD: Final = 8
 """Number of bytes at the beginning of a member that `checked` needs."""
+if TYPE_CHECKING:
+    import bz2
+    import lzma
+
+Compressor: TypeAlias = "bz2.BZ2Compressor | lzma.LZMACompressor | zlib._Compress"
+"""One compressed file that is written."""
+Decompressor: TypeAlias = "Gzip | bz2.BZ2Decompressor | lzma.LZMADecompressor"
+"""One member, stream or frame."""
 _ZSTD: Final = b"\x28\xb5\x2f\xfd"
 _DICTIONARY: Final = 1 << 28
 """Maximum memory for an xz file, four times the need of its highest preset."""
-
-
-class Compressor(Protocol):
-    """One compressed file that is written, with the standard library's interface."""
-
-    def compress(self, data: bytes, /) -> bytes:
-        """Compresses `data`; returns the output that is ready."""
-        ...
-
-    def flush(self) -> bytes:
-        """Returns the remaining output."""
-        ...
-
-
-class Decompressor(Protocol):
-    """One member, stream or frame, with the standard library's interface of bz2 and xz."""
-
-    @property
-    def eof(self) -> bool:
-        """True if the member has ended."""
-        ...
-
-    @property
-    def needs_input(self) -> bool:
-        """True if no more output is available without further input."""
-        ...
-
-    @property
-    def unused_data(self) -> bytes:
-        """The bytes after the end of the member."""
-        ...
-
-    def decompress(self, data: bytes, max_length: int = -1) -> bytes:
-        """Decompresses `data`; returns at most `max_length` bytes."""
-        ...
 
 
 class Gzip:
@@ -335,7 +308,7 @@ class Unpacked:
             self._head += data[: HEAD - len(self._head)]
             self.checked = self.checked and self._has_sum(self._head)
 
-    def _again(self, member: Decompressor, data: bytes) -> tuple[tuple[Decompressor | None, bytes, int], int]:
+    def _again(self, member: Decompressor, data: bytes) -> "tuple[tuple[Decompressor | None, bytes, int], int]":
         """Returns the state from which `data` can be unpacked again if it is damaged, and how far back it begins."""
         if isinstance(member, Gzip):
             return (Gzip(member), data, 0), len(data)
@@ -352,7 +325,7 @@ class Unpacked:
         self.damage = Damage(kind, self._offset + at, None if kind == "cut" else lost, since)
 
 
-def _bytewise(member: Decompressor | None, data: bytes, skipped: int) -> tuple[bytes, int]:
+def _bytewise(member: "Decompressor | None", data: bytes, skipped: int) -> tuple[bytes, int]:
     """Unpacks damaged bytes one by one; returns the output after `skipped` bytes, and the number of sound bytes."""
     pieces, used = b"", 0
     try:
