@@ -107,24 +107,19 @@ class Recording(Protocol):
         """Completes the recording."""
 
 
-def block(kind: int, bus: int = 0, which: int = 0, number: int = 0, payload: bytes = b"") -> bytes:
+def block(kind: int, bus: int = 0, which: int = 0, number: int = 0, *payload: bytes | memoryview) -> bytes:
     """Returns a block."""
-    return _HEAD.pack(kind, bus, which, len(payload), number) + payload
-
-
-def head(kind: int, bus: int, which: int, size: int, number: int) -> bytes:
-    """Returns the head of a block with a payload of `size` bytes."""
-    return _HEAD.pack(kind, bus, which, size, number)
+    return b"".join((_HEAD.pack(kind, bus, which, sum(map(len, payload)), number), *payload))
 
 
 def name_block(bus: int, name: str) -> bytes:
     """Returns the block that names a bus; it precedes all others of that bus."""
-    return block(BUS, bus, payload=name.encode("utf-8", "backslashreplace"))
+    return block(BUS, bus, 0, 0, name.encode("utf-8", "backslashreplace"))
 
 
 def records_block(bus: int, records: bytes, count: int) -> bytes:
     """Returns a block of `count` frames as records of `packed`."""
-    return block(RECORDS, bus, number=count, payload=records)
+    return block(RECORDS, bus, 0, count, records)
 
 
 def dropped_block(bus: int, count: int, *, which: int = 0) -> bytes:
@@ -155,8 +150,8 @@ def heads(blocks: bytes) -> Iterator[tuple[int, int, int, int, int]]:
         at = end
 
 
-class Live:
-    """Live buses with the interface of `format.Capture`; a context manager."""
+class Blocks:
+    """An input of blocks with the interface of `format.Capture`; a context manager."""
 
     format: Final = "live"
     kind: Final = "live"
@@ -165,6 +160,28 @@ class Live:
     begins: Final = False
     checked: Final = None
     compression: Final = None
+
+    def __init__(self, name: str) -> None:
+        """Sets the name that is used in messages."""
+        self.name = name
+        self.taken = 0
+        """Number of bytes read."""
+
+    def rests(self) -> bool:
+        """Returns false; blocks say the time themselves."""
+        return False
+
+    def remarks(self) -> list[CanalyzeError]:
+        """Returns the remarks since the last call, for standard error."""
+        return []
+
+    def __enter__(self) -> Self:
+        """Returns the input."""
+        return self
+
+
+class Live(Blocks):
+    """Live buses."""
 
     def __init__(
         self,
@@ -181,9 +198,7 @@ class Live:
         time after which it ends. most: maximum number of bytes that wait for the reader.
         """
         self.names = [name for bus in buses for name in bus.names]
-        self.name = ", ".join(self.names)
-        self.taken = 0
-        """Number of bytes read."""
+        super().__init__(", ".join(self.names))
         self.unshown = 0
         """Number of frames dropped because the reader was too slow."""
         self.failure: SourceError | None = None
@@ -249,10 +264,6 @@ class Live:
         for thread in self._threads:
             thread.start()
 
-    def rests(self) -> bool:
-        """Returns false; a bus reports the time itself."""
-        return False
-
     def read(self) -> bytes:
         """Returns new blocks, or after a short wait a block without news; b"" at the end.
 
@@ -299,10 +310,6 @@ class Live:
         if not self._threads:
             for bus in self._buses:
                 bus.close()
-
-    def __enter__(self) -> Self:
-        """Returns the input."""
-        return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
         """Ends receiving."""

@@ -10,11 +10,10 @@ import threading
 import time
 from collections.abc import Generator
 from types import TracebackType
-from typing import Final, Self
+from typing import Final
 
-from canalyze.errors import CanalyzeError
 from canalyze.sources.bridge.packed import BUS, DROPPED, FRAME, records
-from canalyze.sources.live import RELEASE_ALL, dropped_block, name_block, records_block, until_block
+from canalyze.sources.live import RELEASE_ALL, Blocks, dropped_block, name_block, records_block, until_block
 
 RATE: Final = 1000.0
 """Frames per second of a capture without stamps, at speed 1."""
@@ -30,7 +29,7 @@ _MOST: Final = 1 << 16
 """Maximum number of bytes delivered at once without a speed limit."""
 
 
-class Replay:
+class Replay(Blocks):
     """A capture for the reading loop whose `read()` waits until frames are due."""
 
     def __init__(self, name: str, results: Generator[bytes, None, None], *, speed: float = 1.0) -> None:
@@ -38,14 +37,7 @@ class Replay:
 
         speed: seconds of the capture per second; 0: without limit.
         """
-        self.name = name
-        self.format = self.kind = "live"
-        self.regular = False
-        self.compression: str | None = None
-        self.damage = None
-        self.begins = False
-        self.checked: bool | None = None
-        self.taken = 0
+        super().__init__(name)
         self.stamped: bool | None = None
         """True if its frames have stamps; None before the first one."""
         self._speed = speed
@@ -113,10 +105,6 @@ class Replay:
 
     # What the reading loop takes.
 
-    def rests(self) -> bool:
-        """Returns false; a replay reports the time itself."""
-        return False
-
     def read(self) -> bytes:
         """Returns the blocks that are due, or the time alone after a while; b"" at the end.
 
@@ -137,14 +125,6 @@ class Replay:
             self._wake.wait(min(left, 0.02))
             self._wake.clear()
         return b""
-
-    def remarks(self) -> list[CanalyzeError]:
-        """Returns an empty list; the files were reported before."""
-        return []
-
-    def __enter__(self) -> Self:
-        """Returns the replay."""
-        return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
         """Closes the files."""

@@ -24,9 +24,9 @@ from canalyze.sources.live import (
     MESSAGES,
     MOST_BUSES,
     LinkLost,
+    block,
     dropped_block,
     gap_block,
-    head,
     name_block,
     until_block,
 )
@@ -142,14 +142,8 @@ class _Batch:
     def block(self, bus: int, which: int) -> bytes:
         """Returns the received frames as a block."""
         count = self._used
-        size = count * (self._size + _SLOT)
-        return b"".join(
-            (
-                head(MESSAGES, bus, which, size, count),
-                self._at_headers[: count * self._size],
-                self._at_slots[: count * _SLOT],
-            )
-        )
+        parts = self._at_headers[: count * self._size], self._at_slots[: count * _SLOT]
+        return block(MESSAGES, bus, which, count, *parts)
 
     def last(self) -> tuple[int | None, int | None, int | None]:
         """Returns the kernel's stamp, the hardware's stamp and the drop counter of the last frame."""
