@@ -413,6 +413,8 @@ def live(
 
     SourceError for what cannot be opened, at once, or received from any more, then.
     """
+    from canalyze.sources.bridge import buses
+
     if not channels or not all(isinstance(one, str) and one for one in channels) or len(set(channels)) < len(channels):
         raise ValueError(f"channels={channels!r}: names of channels, each once")
     if interface is None and not sys.platform.startswith("linux"):
@@ -421,30 +423,18 @@ def live(
         raise ValueError(f"duration={duration!r}: seconds, above 0")
     made = plan("live", options)
     rate = None if (asked := options.get("bitrate")) is None else network.bit_rate(str(asked))
-    opened: list[blocks.Bus] = []
+    if interface not in (None, buses.OWN) and not buses.known(str(interface)):
+        raise ValueError(f"interface={interface!r}: python-can has no such interface")
+    opened = buses.opened(
+        interface or buses.OWN,
+        dict.fromkeys(channels),
+        bitrate=rate,
+        data_bitrate=data_bitrate,
+        fd=fd,
+        options=adapter,
+        patient=reconnect,
+    )
     try:
-        if interface in (None, "socketcan"):
-            from canalyze.sources.socketcan import SocketCan
-
-            opened.append(SocketCan(list(channels), hardware_stamps=False, patient=reconnect))
-        else:
-            from canalyze.sources.bridge.buses import PythonCan, known
-
-            if not known(str(interface)):
-                raise ValueError(f"interface={interface!r}: python-can has no such interface")
-            for place, channel in enumerate(channels):
-                opened.append(
-                    PythonCan(
-                        str(interface),
-                        channel,
-                        first=place,
-                        bitrate=rate,
-                        data_bitrate=data_bitrate,
-                        fd=fd,
-                        options=adapter,
-                        patient=reconnect,
-                    )
-                )
         return Bus(made, blocks.Live(opened, reconnect=reconnect, duration_s=duration))
     except BaseException:
         for one in opened:

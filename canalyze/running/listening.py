@@ -17,13 +17,12 @@ from canalyze.configuration.options import ANY_PATH, BITRATE, FORCE, CaptureOpti
 from canalyze.running.recording import Limit, Recordings, form_of, limit, open_recordings, recordable
 from canalyze.sources import netdevices
 from canalyze.sources.bridge import buses
+from canalyze.sources.bridge.buses import OWN
 from canalyze.sources.bridge.packed import bus_name
 from canalyze.sources.file import STDIN
 from canalyze.sources.live import MOST_BUSES, Bus, Live
 from canalyze.words import Words
 
-OWN: Final = "socketcan"
-"""The interface that is not python-can's."""
 _UNITS: Final = {"": 1.0, "ms": 0.001, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 _FILTER: Final = re.compile("[0-9A-Fa-f]+[:~][0-9A-Fa-f]+|#[0-9A-Fa-f]+")
 """One of candump's filters: no interface can be called so."""
@@ -231,33 +230,19 @@ def _open_buses(
     channels: Sequence[Channel], given: ListeningOptions, words: Words, tell: Callable[[str], None]
 ) -> list[Bus]:
     interface = _interface(given, words)
-    patient = given.get("reconnect", False)
-    if interface == OWN:
-        from canalyze.sources.socketcan import SocketCan
-
-        names = [channel.name for channel in channels]
-        return [SocketCan(names, hardware_stamps=given.get("hardware_stamps", False), patient=patient)]
-    filed = configured().known.bitrate
-    opened: list[buses.PythonCan] = []
-    with ExitStack() as stack:
-        for place, channel in enumerate(channels):
-            one = buses.PythonCan(
-                interface,
-                channel.name,
-                first=place,
-                bitrate=given.get("bitrate") or filed,
-                data_bitrate=given.get("data_bitrate"),
-                fd=given.get("fd", False),
-                options=dict(given.get("option", ())),
-                name=channel.bus,
-                patient=patient,
-            )
-            stack.callback(one.close)
-            opened.append(one)
-        stack.pop_all()
-    if opened[0].acknowledges:
+    opened = buses.opened(
+        interface,
+        {channel.name: channel.bus for channel in channels},
+        bitrate=given.get("bitrate") or configured().known.bitrate,
+        data_bitrate=given.get("data_bitrate"),
+        fd=given.get("fd", False),
+        options=dict(given.get("option", ())),
+        hardware_stamps=given.get("hardware_stamps", False),
+        patient=given.get("reconnect", False),
+    )
+    if isinstance(opened[0], buses.PythonCan) and opened[0].acknowledges:
         tell(f"canalyze: {words('bus.acknowledges', interface=interface)}")
-    return list(opened)
+    return opened
 
 
 def _check_recordings(given: ListeningOptions, words: Words, *, writes: bool) -> None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from canalyze.errors import CanalyzeError, SourceError
 from canalyze.sources.bridge import Heard, library
 from canalyze.sources.bridge.packed import Packer, Unfit, bus_name
-from canalyze.sources.live import LinkLost, dropped_block, name_block, records_block, until_block
+from canalyze.sources.live import Bus, LinkLost, dropped_block, name_block, records_block, until_block
 from canalyze.values import DATES_NS
 
 if TYPE_CHECKING:
@@ -70,6 +70,8 @@ ADAPTERS: Final[Mapping[str, Adapter]] = {
 }
 """The interfaces of python-can; plugins have no row."""
 
+OWN: Final = "socketcan"
+"""The interface that is not python-can's here."""
 _MOST: Final = 1000
 """Maximum number of frames in a block."""
 _LONGEST_S: Final = 0.02
@@ -91,11 +93,11 @@ _RATES: Final = frozenset({"bitrate", "timing", "f_clock"})
 
 
 def names() -> list[str]:
-    """Returns the names of all interfaces: `socketcan`, and those of python-can with its plugins."""
+    """Returns the names of all interfaces: SocketCAN, and those of python-can with its plugins."""
     library()
     from can.interfaces import VALID_INTERFACES
 
-    return sorted({"socketcan", *VALID_INTERFACES})
+    return sorted({OWN, *VALID_INTERFACES})
 
 
 def known(interface: str) -> bool:
@@ -271,6 +273,33 @@ class PythonCan:
                 lost += 1
                 if lost >= _TRIES:
                     raise LinkLost(self.names[0], self._gone(_said(error))) from error
+
+
+def opened(
+    interface: str,
+    channels: Mapping[str, str | None],
+    *,
+    hardware_stamps: bool = False,
+    patient: bool = False,
+    **settings: Any,
+) -> list[Bus]:
+    """Opens channels of SocketCAN or of an interface of python-can; if one cannot be opened, none stays open.
+
+    channels: the names of their buses, None for the usual ones, by those of the channels. hardware_stamps: of SocketCAN
+    alone. settings: those of `PythonCan`.
+    """
+    if interface == OWN:
+        from canalyze.sources.socketcan import SocketCan
+
+        return [SocketCan(list(channels), hardware_stamps=hardware_stamps, patient=patient)]
+    buses: list[Bus] = []
+    with contextlib.ExitStack() as stack:
+        for place, (channel, name) in enumerate(channels.items()):
+            one = PythonCan(interface, channel, first=place, name=name, patient=patient, **settings)
+            stack.callback(one.close)
+            buses.append(one)
+        stack.pop_all()
+    return buses
 
 
 def _settings(
