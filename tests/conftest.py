@@ -14,7 +14,7 @@ from captures import SAMPLES
 
 from canalyze.sources.bridge import library
 
-pytest_plugins = ["pytester"]
+pytest_plugins = ["pytester", "console"]
 pytest.register_assert_rewrite("reader_suite", "capture_frames")
 
 

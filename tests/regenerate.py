@@ -3,8 +3,8 @@
     python tests/regenerate.py [NAME...]
     python tests/regenerate.py pages [PAGE...]
 
-Without names all samples, what the pages for users show, and `command_lines/`; `pages` are the pages alone. Read the
-difference (`git diff`) before it is kept: a golden file is only as right as the eye that passed it.
+Without names all samples, what the pages for users show, `command_lines/` and `console/`; `pages` are the pages alone.
+Read the difference (`git diff`) before it is kept: a golden file is only as right as the eye that passed it.
 `zephyr-sdo.brief.zh.txt` is never written: it is the listing that the program reproduces.
 
 What it must not do: judge; test_golden.py compares, the other tests know what is true.
@@ -17,6 +17,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import console
 import example_captures
 import generated_pages
 import page_examples
@@ -138,6 +139,8 @@ def main() -> None:
         pages(set())
         for path in sorted(test_command_lines.FOLDER.iterdir()):
             keep(path, test_command_lines.rerun(path).encode())
+        for path in sorted(console.FOLDER.iterdir()):
+            keep(path, console.rerun(path).encode())
 
 
 def pages(names: set[str]) -> None:

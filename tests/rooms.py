@@ -41,7 +41,7 @@ def tests_of(paths: Iterable[str]) -> list[str]:
     found: set[str] = set()
     table = [(f"{room}/", row) for row in rows() for room in row.rooms]
     for path in paths:
-        if re.fullmatch(r"tests/(.*/)?test_\w+\.py", path):
+        if re.fullmatch(r"tests/(.*/)?(test_\w+\.py|console/.+\.txt)", path):
             found.add(path)
             continue
         here = f"{path.rstrip('/')}/"

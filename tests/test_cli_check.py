@@ -10,7 +10,6 @@ import subprocess
 import sys
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import pytest
 from captures import SAMPLES, SHARED
@@ -25,6 +24,7 @@ from canalyze.check.examination import Far, Job
 from canalyze.check.verdict import Examined
 from canalyze.configuration.network import Known
 from canalyze.running import pool
+from canalyze.words import LANGUAGES, Words
 
 RULES = SAMPLES / "rules"
 GOLDEN = SAMPLES / "check"
@@ -39,10 +39,6 @@ def jsonl(canalyze: Runner, *args: str, code: int = 1) -> list[dict[str, Any]]:
 
 def ends(found: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [row for row in found if row["kind"] == "check"]
-
-
-def codes(found: list[dict[str, Any]], *, fails: bool = True) -> list[str]:
-    return [row["code"] for row in found if row["kind"] == "finding" and row["fails"] == fails]
 
 
 # What is written.
@@ -62,79 +58,11 @@ def test_the_report_is_the_golden_one(tmp_path: Path, lang: str, form: str, suff
     assert lang == "zh" or not CHINESE.search(done.stdout.decode())
 
 
-def test_a_clean_capture_is_one_line(canalyze: Runner, set_of_captures: Path) -> None:
-    done = canalyze("check", "--lang", "en", "captures/clean.log")
-    assert (done.code, done.err) == (0, "")
-    assert done.lines == ["captures/clean.log, 8 frames: clean", "1 file, 8 frames: no failing findings"]
-
-
-def test_findings_of_one_kind_are_one_entry(canalyze: Runner, tmp_path: Path) -> None:
-    lines = ["(1.000000) can0 705#00\n"]
-    lines += [f"({2 + turn}.000000) can0 085#1081000000000000\n" for turn in range(25)]
-    (tmp_path / "emcy.log").write_text("".join(lines))
-    found = jsonl(canalyze, "emcy.log")
-    (row,) = [row for row in found if row.get("code") == "EMC001"]
-    assert (row["count"], row["frame"], row["frames"]) == (25, 2, list(range(2, 12)))
-    assert ends(found)[0]["failures"] == 26  # and the EMCY that the node reports
-    done = canalyze("check", "--lang", "en", "emcy.log")
-    assert "    25 times; also at frames 3, 4, 5, 6, 7, 8, 9, 10, 11 ..." in done.lines
-
-
-def test_jsonl(canalyze: Runner, set_of_captures: Path) -> None:
-    found = jsonl(canalyze, "captures/toggle.log", "captures/clean.log")
-    (finding,) = [row for row in found if row["kind"] == "finding"]
-    assert (finding["code"], finding["severity"], finding["file"]) == ("SDO001", "error", "captures/toggle.log")
-    assert (finding["frame"], finding["count"], finding["known"], finding["fails"]) == (8, 1, 0, True)
-    assert [line["frame"] for line in finding["lines"]] == list(range(1, 9))
-    assert ends(found) == [
-        {
-            "kind": "check",
-            "file": f"captures/{name}.log",
-            "frames": 8,
-            "failed": failed,
-            "failures": int(failed),
-            "others": 0,
-            "nature": "canopen",
-            "judged": True,
-            "overruled": 0,
-            "reasons": [],
-            "expectations": None,
-            "error": None,
-        }
-        for name, failed in (("toggle", True), ("clean", False))
-    ]
-
-
 def test_lines_are_those_of_decode(canalyze: Runner, set_of_captures: Path) -> None:
     decoded = canalyze("decode", "--lang", "en", "captures/toggle.log").lines
     for row in jsonl(canalyze, "captures/toggle.log"):
         for line in row.get("lines", ()):
             assert line["text"] in decoded
-
-
-def test_reports_are_written_beside(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
-    further = ("--code-quality", "q.json", "--markdown", "m.md")
-    args = ("check", "captures/toggle.log", "--junit", "j.xml", "--sarif", "s.json", *further, "-o", "out.txt")
-    assert canalyze(*args).code == 1
-    assert ElementTree.parse(tmp_path / "j.xml").getroot().find(".//failure") is not None
-    (run,) = json.loads((tmp_path / "s.json").read_text())["runs"]
-    assert [result["ruleId"] for result in run["results"]] == ["SDO001"]
-    assert "SDO001" in (tmp_path / "out.txt").read_text()
-    assert [entry["check_name"] for entry in json.loads((tmp_path / "q.json").read_text())] == ["SDO001"]
-    shown = canalyze("check", "captures/toggle.log", "--format", "markdown")
-    assert shown.out == (tmp_path / "m.md").read_text() and "SDO001" in shown.out
-    again = canalyze(*args)
-    assert again.code == 2 and "--force" in again.err
-    assert canalyze(*args, "--force").code == 1
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
-        *("captures", "j.xml", "m.md", "out.txt", "q.json", "s.json"),
-    ]
-
-
-def test_github(canalyze: Runner, set_of_captures: Path) -> None:
-    done = canalyze("check", "--format", "github", "captures/toggle.log", "captures/sync.log")
-    assert done.code == 1
-    assert [line.split(" ")[0] for line in done.lines] == ["::error", "::warning"]
 
 
 def test_colours_are_for_terminals(set_of_captures: Path, tmp_path: Path) -> None:
@@ -152,14 +80,6 @@ def test_colours_are_for_terminals(set_of_captures: Path, tmp_path: Path) -> Non
 
 
 # Many captures.
-
-
-def test_results_come_in_the_order_given(canalyze: Runner, set_of_captures: Path) -> None:
-    big = (set_of_captures / "clean.log").read_text() * 2000
-    (set_of_captures / "big.log").write_text(big)
-    names = ["captures/big.log", "captures/toggle.log", "captures/clean.log", "captures/sync.log"]
-    for order in (names, names[::-1]):
-        assert [row["file"] for row in ends(jsonl(canalyze, *order))] == order
 
 
 def test_the_largest_captures_are_begun_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -180,53 +100,6 @@ def test_the_largest_captures_are_begun_first(tmp_path: Path, monkeypatch: pytes
     assert begun == ["b.log", "c.log", "a.log", "none.log"]
 
 
-def test_quoted_globs(canalyze: Runner, set_of_captures: Path) -> None:
-    deep = set_of_captures / "a" / "b"
-    deep.mkdir(parents=True)
-    (deep / "deep.log").write_bytes((set_of_captures / "clean.log").read_bytes())
-    (set_of_captures / "odd[1].log").write_bytes((set_of_captures / "clean.log").read_bytes())
-    found = jsonl(canalyze, "captures/toggle.log", "captures/**/*.log")
-    assert [row["file"] for row in ends(found)] == [
-        "captures/toggle.log",
-        "captures/a/b/deep.log",
-        "captures/clean.log",
-        "captures/odd[1].log",
-        "captures/sync.log",
-    ]
-    assert [row["file"] for row in ends(jsonl(canalyze, "captures/odd[1].log", code=0))] == ["captures/odd[1].log"]
-
-
-def test_a_pattern_that_nothing_fits_is_an_error(canalyze: Runner, set_of_captures: Path) -> None:
-    done = canalyze("check", "--lang", "en", "captures/*.asc", "captures/toggle.log")
-    assert done.code == 2
-    assert done.complaints == ["canalyze: captures/*.asc: no matching files"]
-    assert "SDO001" in done.out
-    alone = canalyze("check", "--lang", "en", "captures/*.asc")
-    assert alone.code == 2
-    assert alone.lines[-1] == "1 file, 0 frames: 1 file not fully checked"  # not "no failing findings"
-
-
-def test_a_directory_stands_for_its_captures(canalyze: Runner, set_of_captures: Path) -> None:
-    (set_of_captures / "deep").mkdir()
-    (set_of_captures / "deep" / "more.log").write_bytes((set_of_captures / "toggle.log").read_bytes())
-    (set_of_captures / "notes.md").write_text("nothing")
-    done = canalyze("check", "--lang", "en", "captures", "captures/clean.log")
-    assert done == canalyze(
-        "check", "--lang", "en", *(f"captures/{n}.log" for n in ("clean", "sync", "toggle", "deep/more"))
-    )
-    assert done.code == 1 and done.lines[-1].startswith("4 files")
-
-
-def test_a_directory_without_captures_says_what_to_write(canalyze: Runner, tmp_path: Path) -> None:
-    (tmp_path / "empty").mkdir()
-    (tmp_path / "empty" / "notes.md").write_text("nothing")
-    done = canalyze("check", "--lang", "en", "empty")
-    assert done.code == 2
-    assert done.complaints == [
-        "canalyze: empty: no file in this directory is named as captures are; name the files, such as 'empty/**/*.log'"
-    ]
-
-
 def test_a_load_is_told_with_as_many_digits_as_exceed_the_limit(canalyze: Runner, set_of_captures: Path) -> None:
     """Not: 0.05 %, expected at most 0.05 %."""
     file = set_of_captures / "clean.expect.toml"
@@ -238,109 +111,6 @@ def test_a_load_is_told_with_as_many_digits_as_exceed_the_limit(canalyze: Runner
     bits = told(0.001, 10_000) * 100  # of the first frame
     limit = bits / 10_000 - 0.0001
     assert limit < told(limit, 1_000_000) < limit + 0.01
-
-
-def test_expectations_that_could_not_be_judged_are_shown(canalyze: Runner, set_of_captures: Path) -> None:
-    """A clean capture would pass for one that meets them."""
-    (set_of_captures / "clean.expect.toml").write_text(
-        "[[load]]\nmax_percent = 60\n[[load]]\nmax_percent = 50\nbus = 'can0'\n"
-    )
-    done = canalyze("check", "--lang", "en", "captures/clean.log")
-    assert (done.code, done.err) == (0, "")
-    assert done.lines[0] == "captures/clean.log, 8 frames: clean, 2 notes"
-    places = sorted(line.rpartition("/")[2] for line in done.lines[1:3])
-    assert places == ["clean.expect.toml:1)", "clean.expect.toml:3)"]
-    assert all("EXP015" in line and "bit rate" in line for line in done.lines[1:3])
-
-
-def test_what_cannot_be_read_hides_nothing(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
-    (set_of_captures / "empty.log").write_bytes(b"")
-    (set_of_captures / "notes.log").write_text("no capture\n")
-    names = ["empty.log", "toggle.log", "notes.log", "missing.log", "sync.log"]
-    args = [f"captures/{name}" for name in names]
-    done = canalyze("check", "--lang", "en", *args)
-    assert done.code == 2
-    assert [line.split(": ")[1] for line in done.complaints] == [args[0], args[2], args[3]]
-    assert "SDO001" in done.out and "SYN003" in done.out
-    assert done.lines[-1].endswith("3 files not fully checked")
-    found = jsonl(canalyze, *args, code=2)
-    assert [row["error"] is None for row in ends(found)] == [False, True, False, False, True]
-
-
-def test_a_damaged_capture_is_judged_as_far_as_it_goes(canalyze: Runner, tmp_path: Path) -> None:
-    import gzip
-
-    whole = (RULES / "SDO001.log").read_bytes() + (RULES / "SDO001.clean.log").read_bytes() * 3000
-    packed = gzip.compress(whole)
-    (tmp_path / "cut.log.gz").write_bytes(packed[: len(packed) // 2])
-    found = jsonl(canalyze, "--ignore", "CAP003", "cut.log.gz")
-    assert "SDO001" in codes(found) and "CAP005" in codes(found, fails=False)
-
-
-def test_other_formats(canalyze: Runner, tmp_path: Path) -> None:
-    for form in ("asc", "mcap", "pcapng", "log.gz"):
-        assert canalyze("convert", str(RULES / "SDO001.log"), f"a.{form}").code == 0
-        (finding,) = [row for row in jsonl(canalyze, f"a.{form}") if row["kind"] == "finding"]
-        assert (finding["code"], len(finding["lines"])) == ("SDO001", 8)
-    assert [row["frames"] for row in ends(jsonl(canalyze, "a.*"))] == [8, 8, 8, 8]
-
-
-def test_standard_input(canalyze: Runner, set_of_captures: Path) -> None:
-    text = (set_of_captures / "toggle.log").read_bytes()
-    for args in ((), ("-",)):
-        done = canalyze("check", "--lang", "en", *args, stdin=text)
-        assert done.code == 1
-        assert done.lines[0] == "stdin, 8 frames: 1 error"
-    done = canalyze("check", "--format", "jsonl", "captures/sync.log", "-", "captures/clean.log", stdin=text)
-    assert [row["file"] for row in map(json.loads, done.lines) if row["kind"] == "check"] == [
-        "captures/sync.log",
-        "-",
-        "captures/clean.log",
-    ]
-    assert "SDO001" in done.out
-
-
-def test_descriptions_are_read_for_every_capture(canalyze: Runner, tmp_path: Path) -> None:
-    eds = RULES / "PDO012.eds"
-    names = [str(RULES / "PDO012.log"), str(RULES / "PDO012.clean.log")]
-    found = jsonl(canalyze, "--eds", f"5={eds}", *names)
-    assert codes(found) == ["PDO012"]
-    assert codes(jsonl(canalyze, *names, code=0)) == []
-
-
-def test_a_node_that_is_in_some_captures_is_no_mistake(canalyze: Runner, set_of_captures: Path) -> None:
-    """Descriptions are those of a whole network, captures may be of a part of it."""
-    eds = str(RULES / "PDO012.eds")
-    every = (str(RULES / "PDO012.clean.log"), "captures/clean.log")
-    assert canalyze("check", "--eds", f"5={eds}", *every).err == ""
-    assert canalyze("check", "--eds", f"6={eds}", "--lang", "en", *every).complaints == [
-        f"{eds}: no frames of node 6 in the capture"
-    ]
-
-
-def test_a_mistake_in_an_option_is_one_line(canalyze: Runner, set_of_captures: Path) -> None:
-    for args in (
-        ("--junit", "-"),
-        ("--sarif=-",),
-        ("--filter", "nodes=5"),
-        ("--eds", "5=missing.eds"),
-        ("--merge",),
-        ("--update-baseline",),
-    ):
-        done = canalyze("check", *args, "captures/toggle.log", "captures/sync.log")
-        assert (done.code, done.out, len(done.complaints)) == (2, "", 1), args
-
-
-def test_a_filter_shows_findings_of_what_passes(canalyze: Runner, tmp_path: Path) -> None:
-    """Also those that only the end of the capture proves."""
-    lines = ["(1.000000) can0 705#00\n", "(1.000000) can0 706#00\n"]
-    for turn in range(30):
-        lines += [f"({2 + turn / 10:.6f}) can0 {node}#7F\n" for node in ("705", "706")]
-    lines += [f"({5 + turn / 10:.6f}) can0 706#7F\n" for turn in range(20)]
-    (tmp_path / "lost.log").write_text("".join(lines))
-    assert codes(jsonl(canalyze, "lost.log")) == ["HBT002"]
-    assert codes(jsonl(canalyze, "--filter", "service=heartbeat", "lost.log")) == ["HBT002"]
-    assert codes(jsonl(canalyze, "--filter", "service=sync", "lost.log", code=0)) == []
 
 
 def test_a_process_that_dies_is_an_error_of_its_capture(
@@ -410,6 +180,23 @@ def test_a_reader_that_leaves_does_not_pass_the_check(set_of_captures: Path, tmp
         assert process.stderr.read() == b""
     assert process.wait(timeout=60) == 1
     assert (tmp_path / "j.xml").exists()
+
+
+def examples_of_the_configuration() -> list[str]:
+    """What help and README show of canalyze.toml about `check`."""
+    readme = (SAMPLES.parent / "README.md").read_text(encoding="utf-8")
+    fenced = re.findall(r"^```toml\n(.*?)^```$", readme, flags=re.DOTALL | re.MULTILINE)
+    shown = [Words(lang)("check.examples").partition("# canalyze.toml\n")[2] for lang in LANGUAGES]
+    return [*shown, *(part for part in fenced if "[[check.override]]" in part)]
+
+
+@pytest.mark.parametrize("text", examples_of_the_configuration())
+def test_what_is_shown_of_the_configuration_is_valid(
+    canalyze: Runner, set_of_captures: Path, tmp_path: Path, text: str
+) -> None:
+    (tmp_path / "canalyze.toml").write_text(text)
+    (tmp_path / "known.json").write_text('{"canalyze_baseline": 1, "findings": []}\n')
+    assert canalyze("check", "captures/clean.log").code == 0
 
 
 # Real captures.

@@ -9,7 +9,6 @@ import os
 import re
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from functools import cache
@@ -26,7 +25,7 @@ from canalyze._core import WRITERS, Session
 from canalyze.output import Output, Progress
 from canalyze.running.options import SessionOptions
 from canalyze.running.run import Run
-from canalyze.sinks import RECORDS, Target, forms, open_target, suffixes, target
+from canalyze.sinks import RECORDS, Target, forms, open_target, target
 from canalyze.sources.bridge import reading
 from canalyze.words import Words
 
@@ -222,40 +221,6 @@ def test_everything_a_frame_can_have(tmp_path: Path, form: str) -> None:
     assert _eased(_frames(out)[0], said) == _eased(_frames(rich)[0], said)
 
 
-def test_only_what_passes_the_filter(canalyze: Runner, tmp_path: Path) -> None:
-    (tmp_path / "notes.log").write_text(NOTES)
-    for expression in ("id=60A", "service=sdo id=60A", "node=10 id=60A"):
-        done = canalyze("convert", "--filter", expression, "--to", "console", "notes.log", "-")
-        assert (done.code, done.err) == (0, "")
-        assert done.lines == [f"  {line}" for line in NOTES.splitlines() if "60A" in line]
-
-
-@pytest.mark.parametrize("end", ["", ".gz", ".zst", ".xz", ".bz2", ".GZ"])
-def test_the_name_tells_the_form(canalyze: Runner, notes: str, tmp_path: Path, end: str) -> None:
-    done = canalyze("convert", notes, f"out.txt{end}")
-    assert (done.code, done.out, done.err) == (0, "", "")
-    import bz2
-    import gzip
-    import lzma
-
-    def zstd(data: bytes) -> bytes:
-        if sys.version_info >= (3, 14):
-            from compression import zstd
-        else:
-            from backports import zstd
-        return bytes(zstd.decompress(data))
-
-    unpack: dict[str, Callable[[bytes], bytes]] = {
-        ".gz": gzip.decompress,
-        ".zst": zstd,
-        ".xz": lzma.decompress,
-        ".bz2": bz2.decompress,
-        "": bytes,
-    }
-    written = unpack[end.lower()]((tmp_path / f"out.txt{end}").read_bytes())
-    assert written.decode() == "".join(f"  {line}\n" for line in NOTES.splitlines())
-
-
 def test_the_same_bytes_whatever_the_time(canalyze: Runner, notes: str, tmp_path: Path) -> None:
     canalyze("convert", notes, "a.log.gz")
     time.sleep(1.1)
@@ -263,66 +228,11 @@ def test_the_same_bytes_whatever_the_time(canalyze: Runner, notes: str, tmp_path
     assert (tmp_path / "a.log.gz").read_bytes() == (tmp_path / "b.log.gz").read_bytes()
 
 
-@pytest.mark.parametrize("lang", ["zh", "en"])
-def test_losses_are_said_by_kind(canalyze: Runner, notes: str, lang: str) -> None:
-    done = canalyze("--lang", lang, "convert", notes, "out.log")
-    (line,) = done.complaints
-    assert line.startswith("out.log: 10")
-    done = canalyze("--lang", lang, "convert", notes, "-", "--to", "candump")
-    (line,) = done.complaints
-    assert line.startswith({"zh": "标准输出: 10帧", "en": "standard output: 10 frames"}[lang])
-
-
-@pytest.mark.parametrize("lang", ["zh", "en"])
-@pytest.mark.parametrize("name", ["out.xyz", "out", ".log", "out.gz", "-"])
-def test_a_name_that_tells_no_form(canalyze: Runner, notes: str, tmp_path: Path, name: str, lang: str) -> None:
-    done = canalyze("--lang", lang, "convert", notes, name)
-    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
-    assert "--to" in done.err
-    known = forms() if name == "-" else (*suffixes(), ".gz", ".zst")
-    assert all(one in done.err for one in known)
-    assert [path.name for path in tmp_path.iterdir()] == [notes]
-
-
-def test_to_overrules_the_name(canalyze: Runner, notes: str, tmp_path: Path) -> None:
-    assert canalyze("convert", "--to", "console", notes, "out.log").code == 0
-    assert (tmp_path / "out.log").read_text().splitlines() == [f"  {line}" for line in NOTES.splitlines()]
-
-
-@pytest.mark.parametrize("args", [[], ["one.log"], ["-"], ["."]])
-def test_input_and_output_have_to_be_named(canalyze: Runner, args: list[str]) -> None:
-    done = canalyze("--lang", "en", "convert", *args, stdin=NOTES.encode())
-    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
-    assert (
-        "give inputs first, then the output" in done.err
-        and f"canalyze convert {(*args, 'capture.asc')[0]} " in done.err
-    )
-
-
-@pytest.mark.parametrize("options", [[], ["--to", "asc"]])
-def test_a_directory_is_called_one(canalyze: Runner, notes: str, tmp_path: Path, options: list[str]) -> None:
-    (tmp_path / "out").mkdir()
-    done = canalyze("--lang", "en", "convert", notes, "out", *options)
-    assert (done.code, done.err) == (2, "canalyze: out: cannot write: is a directory\n")
-    assert list((tmp_path / "out").iterdir()) == []
-
-
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
 @pytest.mark.parametrize("form", forms())
 def test_a_full_device_is_said_in_the_words_of_the_run(canalyze: Runner, notes: str, form: str) -> None:
     done = canalyze("convert", notes, "/dev/full", "--to", form)
     assert (done.code, done.complaints[-1]) == (2, "canalyze: /dev/full：无法写入：磁盘已满")
-
-
-def test_existing_file(canalyze: Runner, notes: str, tmp_path: Path) -> None:
-    (tmp_path / "out.log").write_text("mine")
-    done = canalyze("convert", notes, "out.log")
-    assert (done.code, len(done.complaints)) == (2, 1)
-    assert "--force" in done.err
-    assert (tmp_path / "out.log").read_text() == "mine"
-    assert canalyze("convert", "--force", notes, "out.log").code == 0
-    assert (tmp_path / "out.log").read_text().count("\n") == 10
-    assert sorted(path.name for path in tmp_path.iterdir()) == [notes, "out.log"]
 
 
 @pytest.mark.parametrize("how", ["same", "link", "hard", "stdin"])
@@ -349,13 +259,6 @@ def test_the_input_itself(canalyze: Runner, notes: str, tmp_path: Path, how: str
     assert out.read_text().startswith("(0000000000.000000) can1 60A#4008100000000000\n")
 
 
-def test_the_input_stays_where_not_all_was_read(canalyze: Runner, notes: str, tmp_path: Path) -> None:
-    done = canalyze("convert", "--force", notes, "nowhere.log", notes)
-    assert (done.code, len(done.complaints)) == (2, 2)
-    assert (tmp_path / notes).read_text() == NOTES
-    assert [path.name for path in tmp_path.iterdir()] == [notes]
-
-
 @pytest.mark.parametrize("content", [b"", b"no frame here\n" * 5, bytes(range(256))])
 @pytest.mark.parametrize("form", FORMS)
 def test_nothing_readable_leaves_nothing(canalyze: Runner, tmp_path: Path, content: bytes, form: str) -> None:
@@ -372,43 +275,11 @@ def test_nothing_readable_writes_nothing_to_a_pipe(canalyze: Runner, form: str) 
     assert done.complaints[-1].startswith("canalyze: stdin")
 
 
-def test_one_missing_file_does_not_stop_the_others(canalyze: Runner, notes: str, tmp_path: Path) -> None:
-    done = canalyze("convert", notes, "nowhere.log", notes, "out.txt")
-    assert (done.code, len(done.complaints)) == (2, 1)
-    assert (tmp_path / "out.txt").read_text().count("\n") == 20
-
-
-def test_unreadable_lines_are_named(canalyze: Runner, tmp_path: Path) -> None:
-    (tmp_path / "mixed.log").write_text("(1.5) can0 123#11\nthis is no frame\n(1.6) can0 123#2")
-    done = canalyze("--lang", "en", "convert", "mixed.log", "out.log")
-    assert done.code == 0
-    assert [line.split(": ")[0] for line in done.complaints] == ["mixed.log:2", "mixed.log:3"]
-    assert (tmp_path / "out.log").read_text() == "(0000000001.500000) can0 123#11\n"
-
-
-def test_gaps_and_error_markers(canalyze: Runner, tmp_path: Path) -> None:
-    gap = "DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 5)\n"
-    text = f"  can0  123   [1]  11\n{gap}  can0  ERROR\n  can0  123   [1]  22\n"
-    (tmp_path / "in.txt").write_text(text)
-    assert canalyze("convert", "in.txt", "out.txt").code == 0
-    assert (tmp_path / "out.txt").read_text() == text
-    done = canalyze("--lang", "en", "convert", "in.txt", "out.log")
-    assert gap in (tmp_path / "out.log").read_text()
-    assert any("1 error frame: not supported by the format, left out" in line for line in done.complaints)
-
-
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 def test_directory_that_cannot_be_written(canalyze: Runner, notes: str, tmp_path: Path) -> None:
     (tmp_path / "closed").mkdir(mode=0o555)
     done = canalyze("convert", notes, "closed/out.log")
     assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
-
-
-@pytest.mark.parametrize("out", ["no/such/dir/out.log", "/proc/out.log", "/dev/full"])
-def test_output_that_cannot_be_written_is_one_line(canalyze: Runner, notes: str, tmp_path: Path, out: str) -> None:
-    done = canalyze("convert", notes, out, "--to", "candump")
-    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
-    assert out in done.err
 
 
 def test_a_full_disk_leaves_nothing(notes: str, tmp_path: Path) -> None:
@@ -497,24 +368,3 @@ def test_a_form_of_python_can_wants_a_file_of_its_own(canalyze: Runner, notes: s
     for args in (["-", "--to", form], [f"out.{form}.gz", "--to", form]):
         done = canalyze("convert", notes, *args)
         assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
-
-
-def test_stamps_of_a_dated_and_of_an_undated_file(canalyze: Runner, tmp_path: Path) -> None:
-    (tmp_path / "a.log").write_text("(1700000000.5) can0 123#11\n")
-    (tmp_path / "b.log").write_text("(1700000001.25) can0 123#22\n")
-    done = canalyze("convert", "a.log", "b.log", "-", "--to", "candump")
-    assert done.lines == ["(1700000000.500000) can0 123#11", "(1700000001.250000) can0 123#22"]
-
-
-@pytest.mark.parametrize("names", [("a.log", "b.asc"), ("b.asc", "a.log")])
-def test_files_that_count_from_a_date_and_times_of_day_in_a_row(
-    canalyze: Runner, tmp_path: Path, names: tuple[str, str]
-) -> None:
-    """What comes of two formats in a row has one clock: times of day."""
-    first, second = names
-    (tmp_path / "one.log").write_text("(1700000000.500000) can0 123#11\n")
-    (tmp_path / "two.log").write_text("(1700000001.250000) can0 123#22\n")
-    assert canalyze("convert", "one.log", first).code == canalyze("convert", "two.log", second).code == 0
-    done = canalyze("convert", first, second, "-", "--to", "candump")
-    assert done.err == ""
-    assert done.lines == ["(1700000000.500000) can0 123#11", "(1700000001.250000) can0 123#22"]

@@ -44,18 +44,6 @@ def test_what_follows_from_a_loss() -> None:
     )
 
 
-def test_they_are_written(canalyze: Runner, tmp_path: Path) -> None:
-    done = canalyze("examples", "demo", "--lang", "en")
-    assert done.code == 0
-    assert sorted(path.name for path in (tmp_path / "demo").iterdir()) == sorted(EXAMPLES)
-    typed = done.out.splitlines()[-1].removeprefix("next: ").split(" · ")
-    for line in typed:
-        assert canalyze(*line.split()[1:]).code == 0
-    assert canalyze("examples", "demo").code == 2
-    assert canalyze("examples", "demo", "--force").code == 0
-    assert canalyze("examples").code == 0 and (tmp_path / "all-well.log").exists()
-
-
 def test_the_files_of_the_pages_are_those_of_the_checkout() -> None:
     copies = [path for path in DEMO.rglob("*") if path.is_file()]
     assert len(copies) > 10

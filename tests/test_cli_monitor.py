@@ -9,31 +9,10 @@ from pathlib import Path
 
 import pytest
 from captures import SAMPLES
-from conftest import Runner, environment
+from conftest import environment
 from monitor_terminal import Terminal, drawn
 
 CAPTURE = SAMPLES / "network" / "sync-and-pdos.log"
-
-
-@pytest.mark.parametrize(
-    ("args", "zh", "en"),
-    [
-        ((), "未给出通道或文件", "no channel or file given"),
-        (("-",), "不能读标准输入", "cannot read standard input"),
-        ((str(CAPTURE), "can0"), "只给出通道", "channels only or files only"),
-        ((str(CAPTURE),), "只能在终端上运行", "needs a terminal"),
-        (("--speed", "fast", str(CAPTURE)), "应为大于0的数", "expected a speed"),
-        (("--speed", "0", str(CAPTURE)), "应为大于0的数", "expected a speed"),
-        (("--speed", "2", "can0"), "--speed 只能用于重放文件", "--speed works only when replaying files"),
-        (("--record", "x.log", str(CAPTURE)), "--record 只能用于通道", "--record works only with channels"),
-    ],
-)
-def test_refusals_are_one_line(canalyze: Runner, args: tuple[str, ...], zh: str, en: str) -> None:
-    for lang, said in (("zh", zh), ("en", en)):
-        done = canalyze("--lang", lang, "monitor", *args)
-        assert done.code == 2 and not done.out
-        (line,) = done.complaints
-        assert said in line
 
 
 def test_missing_extra_is_one_line_with_the_command(tmp_path: Path) -> None:

@@ -103,22 +103,6 @@ def test_a_pipe_becomes_a_file(canalyze: Runner, tmp_path: Path) -> None:
     assert rows(tmp_path / "out.rrd") > 0
 
 
-def test_a_file_that_exists_stays(canalyze: Runner, tmp_path: Path) -> None:
-    (tmp_path / "out.rrd").write_text("mine")
-    done = canalyze("view", "--lang", "en", "--save", "out.rrd", str(CAPTURE))
-    assert (done.code, done.err) == (2, "canalyze: out.rrd: file exists; use --force to overwrite\n")
-    assert (tmp_path / "out.rrd").read_text() == "mine"
-    assert canalyze("view", "--save", "out.rrd", "--force", str(CAPTURE)).code == 0
-    verified(tmp_path / "out.rrd")
-
-
-def test_what_is_no_capture_leaves_no_file(canalyze: Runner, tmp_path: Path) -> None:
-    (tmp_path / "notes.txt").write_text("hello\n")
-    done = canalyze("view", "--save", "out.rrd", "notes.txt")
-    assert done.code == 2 and len(done.complaints) == 1
-    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
-
-
 def unread(pipe: BinaryIO) -> int:
     """Bytes in a pipe that its reader has not taken."""
     waiting = array("i", [0])
@@ -145,45 +129,6 @@ def test_an_interrupted_one_stays_a_part(tmp_path: Path) -> None:
 
 # Words.
 
-USAGE: list[tuple[list[str], str, str]] = [
-    (
-        ["view", "--save", "x.rrd", "--web", "f"],
-        "--web 和 --save 不能同时使用",
-        "--web and --save cannot be used together",
-    ),
-    (["view", "--save", "x.txt", "f"], "x.txt：文件名应以 .rrd 结尾", "x.txt: the name must end in .rrd"),
-    (["view", "--save", "-", "f"], "-：文件名应以 .rrd 结尾", "-: the name must end in .rrd"),
-    (["view", "--bind", "plant", "f"], "plant：应为IP地址", "plant: expected an IP address"),
-    (["view", "--port", "80", "f"], "80：应为1024到65534", "80: expected a port from 1024"),
-    (
-        ["view", "--web", "--filter", "node=5", "x.rrd"],
-        "选项 --filter 对已生成的时间轴无效",
-        "option --filter has no effect on a finished timeline",
-    ),
-    (["view", "--web", "--bind", "198.51.100.1", "f"], "请用 --bind 指定本机地址", "on 198.51.100.1: "),
-    (["sniff", "bus", "-i", "virtual", "--web"], "--web 需要 --rerun", "--web needs --rerun"),
-    (["sniff", "bus", "-i", "virtual", "--port", "9999"], "--port 需要", "--port needs --rerun"),
-    (
-        ["sniff", "bus", "-i", "virtual", "--save", "x.log"],
-        "x.log：文件名应以 .rrd 结尾",
-        "x.log: the name must end in .rrd",
-    ),
-    (["sniff", "bus", "-i", "virtual", "--rerun", "--force"], "--force 需要 --record", "--force needs --record"),
-]
-
-
-@pytest.mark.parametrize(("args", "zh", "en"), USAGE)
-def test_wrong_usage(capfd: pytest.CaptureFixture[str], args: list[str], zh: str, en: str) -> None:
-    for lang, words in (("zh", zh), ("en", en)):
-        code, said = here(capfd, *args, "--lang", lang)
-        assert code == 2 and words in said and said.count("\n") == 1
-
-
-def test_what_is_no_capture_of_what_this_command_writes(capfd: pytest.CaptureFixture[str]) -> None:
-    ready = (2, "canalyze: a.rrd: already a timeline; open it alone: canalyze view a.rrd\n")
-    assert here(capfd, "view", "--lang", "en", "--save", "b.rrd", "a.rrd") == ready
-    assert here(capfd, "view", "--lang", "en", "--web", "a.log", "a.rrd") == ready
-
 
 def test_a_disk_that_is_full(
     capfd: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -206,13 +151,6 @@ def test_no_other_command_loads_rerun() -> None:
     assert done.stdout == b"set()\n"
 
 
-@pytest.mark.parametrize("args", [["view", str(CAPTURE)], ["sniff", "bus", "-i", "virtual", "--rerun"]])
-def test_without_a_display(canalyze: Runner, args: list[str]) -> None:
-    done = canalyze(*args, env={"DISPLAY": "", "WAYLAND_DISPLAY": "", "CANALYZE_LANG": "en"})
-    said = "no display for a window; use --web for a browser, or --save FILE.rrd for a file"
-    assert (done.code, done.out, done.err) == (2, "", f"canalyze: {said}\n")
-
-
 @pytest.mark.parametrize(
     "args", [["view", "--save", "x.rrd", str(CAPTURE)], ["sniff", "bus", "-i", "virtual", "--save", "x.rrd"]]
 )
@@ -233,12 +171,6 @@ def test_a_display_that_is_not_there(canalyze: Runner, tmp_path: Path) -> None:
     assert (done.code, done.out) == (2, "")
     assert len(done.complaints) == 1 and done.err.startswith("canalyze: the viewer exited (")
     assert not list((tmp_path / "tmp").iterdir())
-
-
-def test_what_is_no_timeline(canalyze: Runner, tmp_path: Path) -> None:
-    (tmp_path / "x.rrd").write_text("hello")
-    done = canalyze("view", "--web", "--lang", "en", "x.rrd")
-    assert (done.code, done.err) == (2, "canalyze: x.rrd: not a Rerun file\n")
 
 
 # Viewers.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import itertools
 import json
 import re
@@ -118,78 +116,6 @@ def test_frames_that_findings_cite_are_found(canalyze: Runner) -> None:
         assert set(done.lines) <= set(whole)
 
 
-def test_frames_beyond_the_end(canalyze: Runner) -> None:
-    for option, value, span in (("--around", "99999:1", "99998-100000"), ("--frame", "5000-5001", "5000-5001")):
-        done = canalyze("decode", "--lang", "en", option, value, "--frame", "3", PROBLEMS)
-        assert (done.code, len(done.lines)) == (0, 1)
-        assert done.err == f"canalyze: no frame {span}: the capture has frames 1-175\n"
-
-
-@pytest.mark.parametrize(
-    ("args", "said"),
-    [
-        (["--frame", "5000"], "no frame 5000: the capture has frames 1-175"),
-        (["--around", "99999:1", "--filter", "node=9"], "no frame 99998-100000: the capture has frames 1-175"),
-        (["--frame", "5000", "--frame", "6000-6001"], "no frame 5000, 6000-6001: the capture has frames 1-175"),
-        (["--filter", "frame=5000"], "no frame 5000: the capture has frames 1-175"),
-        (["--frame", "3-4", "--filter", "node=99"], "no frame matches the filter (175 frames)"),
-        (["--frame", "3-4", "--frame", "5000", "--filter", "node=99"], "no frame matches the filter (175 frames)"),
-    ],
-)
-def test_one_line_says_why_nothing_is_shown(canalyze: Runner, args: list[str], said: str) -> None:
-    done = canalyze("decode", "--lang", "en", *args, PROBLEMS)
-    assert (done.code, done.out, done.err) == (0, "", f"canalyze: {said}\n")
-
-
-@pytest.mark.parametrize(
-    ("args", "wanted"),
-    [
-        (["--around", "100"], [*range(90, 111)]),
-        (["--around", "2:4"], [*range(1, 7)]),
-        (["--around", "100:0", "--around", "5:1"], [4, 5, 6, 100]),
-        (["--frame", "7"], [7]),
-        (["--frame", "7-9", "--frame", "20-21"], [7, 8, 9, 20, 21]),
-        (["--frame", "170-900"], [*range(170, 176)]),
-        (["--frame", "1-20", "--filter", "node=3"], [1, 5, 6]),
-    ],
-)
-def test_parts_of_a_capture(canalyze: Runner, args: list[str], wanted: list[int]) -> None:
-    done = canalyze("decode", *args, PROBLEMS)
-    shown = numbers(done.lines)
-    assert (done.code, shown[: len(wanted)]) == (0, wanted)
-    lines = [json.loads(line) for line in canalyze("decode", *args, "--format", "jsonl", PROBLEMS).lines]
-    assert [line["frame"] for line in lines if line["kind"] == "frame"] == shown
-
-
-def test_a_part_says_what_the_whole_says(canalyze: Runner) -> None:
-    """State is tracked over all frames, also those that are not shown."""
-    whole = canalyze("decode", "-n", PROBLEMS).lines
-    part = canalyze("decode", "--frame", "130-140", PROBLEMS).lines
-    start = next(place for place, line in enumerate(whole) if NUMBER.match(line) and numbers([line]) == [130])
-    assert part[-1].startswith("#   第134帧: 1条后果")  # what is known at the end
-    assert part[:-1] == whole[start : start + len(part) - 1] and len(part) > 11
-
-
-@pytest.mark.parametrize(
-    "args",
-    [
-        ["--around", "0"],
-        ["--around", "x"],
-        ["--around", "5:"],
-        ["--around", "5:-1"],
-        ["--frame", "9-7"],
-        ["--frame", "0-7"],
-        ["--frame", "7-"],
-        ["--frame", ""],
-        ["-n", "--format", "jsonl"],
-    ],
-)
-def test_parts_that_cannot_be(canalyze: Runner, args: list[str]) -> None:
-    done = canalyze("decode", *args, PROBLEMS)
-    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
-    assert args[0] in done.err or "--number" in done.err
-
-
 # Filters.
 
 
@@ -238,101 +164,7 @@ def test_filter_by_severity(canalyze: Runner) -> None:
         assert kept == [one["code"] for one in found if one["kind"] == "finding" and one["severity"] == severity]
 
 
-def test_filters_of_transfers(canalyze: Runner) -> None:
-    def shown(expression: str) -> list[tuple[int, str]]:
-        done = canalyze("sdo", "--format", "jsonl", "--filter", expression, PROBLEMS)
-        return [(line["node"], line["index"]) for line in map(json.loads, done.lines)]
-
-    assert shown("object=1016") == [(4, "1016")]
-    assert shown("object=1017 node=0x5") == [(5, "1017")]
-    assert shown("code=SDO") == []
-    assert shown('text="1016h:01"') == [(4, "1016")]
-
-
-@pytest.mark.parametrize("command", ["decode", "sdo", "check", "summary", "signals"])
-@pytest.mark.parametrize(
-    ("expression", "said"),
-    [
-        ("node=200", "node-ID is 1 to 127"),
-        ("node=0", "node-ID is 1 to 127"),
-        ("node=0xFF", "node-ID is 1 to 127"),
-        ("object=10000", "object="),
-        ("code=QQQ", "canalyze rules"),
-        ("severity=fatal", "error warning info"),
-        ("colour=red", "severity="),
-    ],
-)
-def test_filters_that_cannot_be(canalyze: Runner, command: str, expression: str, said: str) -> None:
-    done = canalyze(command, "--lang", "en", "--filter", expression, PROBLEMS)
-    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
-    assert said in done.err and expression.partition("=")[0] in done.err
-
-
-@pytest.mark.parametrize(
-    ("args", "number"),
-    [
-        (["diagnose", "--node", "200", PROBLEMS], "200"),
-        (["eds", "--node", "0", "drive.eds"], "0"),
-        (["decode", "--eds", "200=drive.eds", PROBLEMS], "200"),
-        (["decode", "--eds", "can1:1-3,128=drive.eds", PROBLEMS], "128"),
-        (["decode", "--cob", "185=200.TPDO1", PROBLEMS], "200"),
-        (["decode", "--sdo", "640,5C0=0xFF", PROBLEMS], "0xFF"),
-        (["explain", "--eds", "0=drive.eds", "185#00"], "0"),
-    ],
-)
-def test_nodes_that_cannot_be(canalyze: Runner, args: list[str], number: str) -> None:
-    for lang, said in (("en", "1 to 127"), ("zh", "1到127")):
-        done = canalyze(*args, "--lang", lang)
-        assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
-        assert said in done.err and number in done.err.replace("127", "")
-
-
 # Time.
-
-
-@pytest.mark.parametrize("start", [0, 12, 1_700_000_000])
-def test_one_zero(canalyze: Runner, tmp_path: Path, start: int) -> None:
-    lines = [f"({start + at / 10:.6f}) can0 70{node}#05\n" for at, node in ((0, 3), (5, 4), (10, 5), (15, 4))]
-    (tmp_path / "a.log").write_text("".join(lines))
-    shown = canalyze("decode", "-t", "z", "--filter", "t=0.4..1.1", "a.log").lines
-    assert [line.split(")")[0] for line in shown] == ["(000.500000", "(001.000000"]
-    # also where the first frame is not shown
-    assert canalyze("decode", "-t", "z", "--filter", "node=4", "a.log").lines[0].startswith("(000.500000)")
-
-
-def test_forms_of_time(canalyze: Runner) -> None:
-    for form, first in (("a", "1700000000.100000"), ("z", "0.100000"), ("A", "2023-11-14 22:13:20.100000"), ("n", "")):
-        rows = list(csv.DictReader(io.StringIO(canalyze("sdo", "--format", "csv", "-t", form, PROBLEMS).out)))
-        assert rows[0]["t"] == first
-        lines = canalyze("sdo", "--format", "jsonl", "-t", form, PROBLEMS).lines
-        assert json.loads(lines[0])["t"] == (first or None)
-        table = canalyze("sdo", "-t", form, PROBLEMS).lines
-        assert (first or " -  ") in table[1]
-    for command in ("sdo", "summary", "check", "signals"):
-        done = canalyze(command, "-t", "d", PROBLEMS)
-        assert (done.code, len(done.complaints)) == (2, 1)
-
-
-def test_forms_of_time_in_a_summary(canalyze: Runner) -> None:
-    shown = {form: canalyze("summary", "--lang", "en", "-t", form, PROBLEMS).out for form in "azAn"}
-    assert "2023-11-14 22:13:20.000000 to 2023-11-14" in shown["A"] and "2023-11-14 22:13:20.550000 Oper" in shown["A"]
-    assert " 0.000000 to " in shown["z"] and "1700000000.000000 to" in shown["a"]
-    assert "1700000000" not in shown["n"] and "None" not in shown["n"]
-
-
-def test_forms_of_time_in_a_check(canalyze: Runner) -> None:
-    done = canalyze("check", "-t", "z", PROBLEMS)
-    marked = [line for line in done.lines if line.startswith("    >")]
-    assert marked and all(re.match(r"    > *\(00[0-9]\.[0-9]{6}\)", line) for line in marked), marked
-    assert canalyze("check", PROBLEMS).out.count("(1700000") == done.out.count("(00")
-
-
-def test_forms_of_time_of_signals(canalyze: Runner) -> None:
-    capture = str(SAMPLES / "network" / "sync-and-pdos.log")
-    for form, begins in (("z", "0."), ("A", "20"), ("n", "")):
-        rows = list(csv.DictReader(io.StringIO(canalyze("signals", "-t", form, capture).out)))
-        assert rows and all(row["t"].startswith(begins) for row in rows)
-    assert all(row["t"] == "" for row in rows)
 
 
 # One language of names.
@@ -400,14 +232,6 @@ def test_other_machine_output_is_the_same_in_every_language(canalyze: Runner) ->
         assert zh and differing(zh, en) <= TEXTS
 
 
-def test_names_are_those_of_the_standard(canalyze: Runner) -> None:
-    rows = list(csv.DictReader(io.StringIO(canalyze("sdo", "--format", "csv", PROBLEMS).out)))
-    assert {row["name"] for row in rows if row["object"] == "1017:00"} == {"producer heartbeat time"}
-    lines = [json.loads(line) for line in canalyze("decode", "--format", "jsonl", PROBLEMS).lines]
-    assert {line["nmt"]["name"] for line in lines if line.get("service") == "nmt"} >= {"start remote node"}
-    assert "生产者心跳时间" in canalyze("sdo", PROBLEMS).out
-
-
 def test_lists_are_those_of_the_core() -> None:
     assert list(get_args(Severity)) == list(SEVERITIES) == _core.SEVERITIES
     assert set(_core.SEVERITIES) <= set(_core.COLOURS)
@@ -415,54 +239,3 @@ def test_lists_are_those_of_the_core() -> None:
 
 
 # Frames by themselves.
-
-
-@pytest.mark.parametrize(
-    ("frame", "said"),
-    [
-        ("60A#40081", "odd number"),
-        ("60A#400810000000000000", "more than 8 bytes"),
-        ("60A##0" + "00" * 65, "more than 64 bytes"),
-        ("can1 60A [4] 40 08 10 00 00 00 00 00", "do not match the length"),
-        ("can1 60A [9] 40 08 10 00 00 00 00 00 00", "invalid length"),
-        ("can1 60A [8] 40 08 10", "do not match the length"),
-        ("60A#40081000000000 00", "do not match the length"),
-        ("60A#40:1710", "do not match the length"),
-        ("60A#81:00:12345678#1122", "CAN XL"),
-        ("7FFFFFFFF#00", ""),
-    ],
-)
-@pytest.mark.parametrize("eds", [[], ["--eds", "5=drive.eds"]], ids=["alone", "described"])
-def test_explain_cuts_nothing(canalyze: Runner, tmp_path: Path, frame: str, said: str, eds: list[str]) -> None:
-    (tmp_path / "drive.eds").write_bytes((Path(__file__).parent.parent / "eds/drive.eds").read_bytes())
-    for args, stdin in (([frame], b""), (["-"], frame.encode())):
-        done = canalyze("explain", "--lang", "en", *eds, *args, stdin=stdin)
-        assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
-        assert said in done.err and frame in done.err
-
-
-@pytest.mark.parametrize("frame", ["60A#40:08:10:00:00:00:00:00", "60A#40 08 10 00 00 00 00 00"])
-def test_explain_reads_bytes_with_marks_between_them(canalyze: Runner, frame: str) -> None:
-    assert canalyze("explain", frame).out == canalyze("explain", "60A#4008100000000000").out
-
-
-@pytest.mark.parametrize(
-    "frame",
-    [
-        "000#0105FF",
-        "080#0102",
-        "705#0501",
-        "7E5#04",
-        "605#2F17100001",
-        "185##01112131415161718192021222324",
-        "123#010203",
-    ],
-)
-def test_explain_shows_every_byte(canalyze: Runner, frame: str) -> None:
-    data = re.sub(r"^[0-9A-F]+#(#.)?", "", frame)
-    spaced = " ".join(data[place : place + 2] for place in range(0, len(data), 2))
-    own, *rest = canalyze("explain", frame).lines
-    assert f"  {spaced} " in own
-    shown = " ".join(byte for line in rest for byte in re.findall(r"(?<![0-9A-F])[0-9A-F]{2}(?![0-9A-F])", line))
-    missing = [byte for byte in spaced.split() if byte not in shown.split()]
-    assert not missing, (missing, rest)

@@ -5,7 +5,6 @@ What it must not do: test what is diagnosed.
 
 from __future__ import annotations
 
-import json
 import os
 import threading
 from pathlib import Path
@@ -73,90 +72,6 @@ def captures(tmp_path: Path) -> Path:
     (folder / "night" / "well.log").write_text("".join(f"({1_600_000_000 + n}.5) can0 702#05\n" for n in range(9)))
     (folder / "notes.md").write_text("nothing")
     return folder
-
-
-def test_a_folder_is_one_line_a_recording_the_worst_first(canalyze: Runner, captures: Path) -> None:
-    done = canalyze("--lang", "en", "captures")
-    assert (done.code, done.err) == (0, "")
-    first, second, total, more = done.lines
-    assert first.startswith("✖ 1 open problem") and "lost.log" in first and "node 5: silent since" in first
-    assert second.startswith("✔ no problems found") and "well.log" in second
-    assert total == "2 recordings: 1 with open problems, 1 without open problems"
-    assert "canalyze captures/lost.log" in more and "--join" in more
-    spoken = canalyze("captures")
-    assert "2个记录" in spoken.out and "节点5" in spoken.out
-
-
-def test_parts_are_diagnosed_together(canalyze: Runner, captures: Path, tmp_path: Path) -> None:
-    lines = (captures / "lost.log").read_bytes().splitlines(keepends=True)
-    (tmp_path / "x.2").write_bytes(b"".join(lines[:40]))
-    (tmp_path / "x.1").write_bytes(b"".join(lines[40:]))
-    whole = canalyze("--lang", "en", "captures/lost.log").lines
-    assert canalyze("--lang", "en", "x.1", "x.2").lines[:-1] == whole[:-1], "all but the names"
-
-
-def test_joined_they_are_one(canalyze: Runner, captures: Path) -> None:
-    done = canalyze("--lang", "en", "--join", "captures")
-    assert "OPEN" in done.lines or "UNKNOWN" in done.lines or "no problems found" in done.lines[0]
-    assert "recordings" not in done.out and "all files are read as one capture" in done.err
-
-
-def test_json_lines_name_the_files(canalyze: Runner, captures: Path) -> None:
-    rows = [json.loads(line) for line in canalyze("captures", "--format", "jsonl").lines]
-    assert rows and all(row["files"] == ["captures/lost.log"] for row in rows)
-    assert all("files" not in json.loads(line) for line in canalyze("captures/lost.log", "--format", "jsonl").lines)
-
-
-def test_exit_codes(canalyze: Runner, captures: Path) -> None:
-    assert canalyze("captures", "--fail-on", "open").code == 1
-    assert canalyze("captures/night", "--fail-on", "ended").code == 0
-    done = canalyze("--lang", "en", "captures", "missing.log")
-    assert done.code == 2 and "missing.log" in done.err and "3 recordings" in done.out and "1 unreadable" in done.out
-
-
-def test_what_is_of_one_recording_says_so(canalyze: Runner, captures: Path) -> None:
-    done = canalyze("--lang", "en", "captures", "-n", "1")
-    assert done.code == 2 and "-n" in done.err and "--join" in done.err and not done.out
-
-
-def test_a_folder_without_captures_is_one_line(canalyze: Runner, tmp_path: Path) -> None:
-    (tmp_path / "empty").mkdir()
-    done = canalyze("empty")
-    assert done.code == 2 and len(done.complaints) == 1
-
-
-def test_a_fleet_is_counted_by_kind_and_node(canalyze: Runner, captures: Path, tmp_path: Path) -> None:
-    (captures / "again.log").write_bytes(lost(20))
-    done = canalyze("--lang", "en", "fleet", "diagnose", "captures", "-o", "out")
-    assert done.code == 0
-    row = next(line.split() for line in done.lines if line.startswith("node-silent"))
-    assert row[1:6] == ["5", "2", "2", "0", "0"] and row[6].endswith(".log")
-    assert "3 recordings: 2 with open problems, 1 without open problems" in done.out
-    whole = (tmp_path / "out" / "diagnose.txt").read_text()
-    assert whole.index("lost.log   ") < whole.index("well.log"), "the worst first"
-    records = [json.loads(line) for line in (tmp_path / "out" / "diagnose.jsonl").read_text().splitlines()]
-    assert {Path(one["capture"]).name for one in records} == {"again.log", "lost.log"}
-    again = canalyze("--lang", "en", "fleet", "diagnose", "captures", "-o", "out")
-    assert "3 captures done, 3 of them before" in again.out
-
-
-@pytest.mark.parametrize(
-    ("former", "now"),
-    [
-        (("captures/lost.log", "--fail-on", "stands"), ("captures/lost.log", "--fail-on", "open")),
-        (("captures/lost.log", "--fail-on=over"), ("captures/lost.log", "--fail-on=ended")),
-        (("check", "--incidents", "stands", "captures/lost.log"), ("check", "--problems", "open", "captures/lost.log")),
-        (("check", "--incidents=never", "captures/lost.log"), ("check", "--problems=never", "captures/lost.log")),
-        (("decode", "--incidents", "captures/lost.log"), ("decode", "--problems", "captures/lost.log")),
-        (
-            ("export", "--table", "incidents", "captures/lost.log", "-o", "a.csv", "--force"),
-            ("export", "--table=problems", "captures/lost.log", "-o", "a.csv", "--force"),
-        ),
-    ],
-)
-@pytest.mark.usefixtures("captures")
-def test_former_spellings_are_accepted(canalyze: Runner, former: tuple[str, ...], now: tuple[str, ...]) -> None:
-    assert canalyze(*former) == canalyze(*now)
 
 
 def test_what_can_be_read_once_is_read_once(canalyze: Runner, captures: Path, tmp_path: Path) -> None:
