@@ -3,8 +3,9 @@
     python tests/record/record_stories.py [--into DIRECTORY] [NAME]...
 
 Needs Linux with an interface vcan0 that is up, candump of can-utils in PATH, and the packages canopen and python-can.
-DIRECTORY (default: samples/stories) gets NAME.log (`candump -L`) and NAME.json, the truth. A recording during which
-the machine stood still, or that lacks a frame which its story tells of, is made again.
+DIRECTORY (default: samples/stories) gets NAME.log (`candump -L`) and NAME.json, the truth: its words are those of
+samples/stories/NAME.json, which a new story needs first, its lines are those of the new recording. A recording during
+which the machine stood still, or that lacks a frame which its story tells of, is made again.
 
 What it must not do: ask canalyze anything.
 """
@@ -12,6 +13,7 @@ What it must not do: ask canalyze anything.
 from __future__ import annotations
 
 import argparse
+import json
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -22,7 +24,7 @@ import stories_of_drives
 import stories_of_loss
 import stories_of_monitoring
 import stories_of_services
-from story_log import Log, MissingFrame
+from story_log import MissingFrame
 from story_plant import Plant, Tale
 
 TARGET = Path(__file__).resolve().parents[2] / "samples" / "stories"
@@ -33,7 +35,7 @@ SETTINGS: dict[str, dict[str, int]] = {
 }
 """Of plants that are not the usual one."""
 
-SCENARIOS: dict[str, Callable[[Plant], tuple[Log, Tale]]] = {
+SCENARIOS: dict[str, Callable[[Plant], Tale]] = {
     **stories_of_loss.SCENARIOS,
     **stories_of_commands.SCENARIOS,
     **stories_of_configuration.SCENARIOS,
@@ -50,14 +52,14 @@ def record(name: str, target: Path) -> None:
             path = Path(scratch) / f"{name}.log"
             plant = Plant(path, **SETTINGS.get(name, {}))
             try:
-                log, tale = SCENARIOS[name](plant)
+                tale = SCENARIOS[name](plant)
             except MissingFrame as reason:
                 print(f"{name}: attempt {attempt + 1}: {reason}", flush=True)
                 continue
-            plant.write_truth(tale, log)
+            plant.write_truth(tale, json.loads((TARGET / f"{name}.json").read_text()))
             for made in (path, path.with_suffix(".json")):
                 (target / made.name).write_bytes(made.read_bytes())
-            print(f"{name}: {len(log.lines)} frames in {log.seconds} s", flush=True)
+            print(f"{name}: {len(tale.log.lines)} frames in {tale.log.seconds} s", flush=True)
             return
     raise SystemExit(f"{name}: not recorded in {ATTEMPTS} attempts")
 

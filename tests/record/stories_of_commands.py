@@ -9,12 +9,12 @@ import struct
 import time
 
 from network_nodes import U16
-from story_log import Log, answer, emcy, nmt, of, on
+from story_log import answer, emcy, nmt, of, on
 from story_nodes import Habits, Pdo
-from story_plant import PRE_OP, RESET_NODE, START, STOP, Plant, Story, Tale
+from story_plant import PRE_OP, RESET_NODE, START, STOP, Plant, Seen, Tale
 
 
-def second_master(p: Plant) -> tuple[Log, Tale]:
+def second_master(p: Plant) -> Tale:
     """t07: somebody's tool is still on the bus and wants something else than the controller."""
     p.io(2, "heartbeat 300 ms")
     p.io(6, "heartbeat 300 ms")
@@ -40,33 +40,20 @@ def second_master(p: Plant) -> tuple[Log, Tale]:
     first = log.first(nmt(PRE_OP, 6), began)
     against = [log.first(nmt(START, 6), when) for when in commands]
     strange = log.all(on(0x604, "40181001"), asked)
-    return log, Tale(
-        "A second controller commands node 6 and asks drive 4 in the midst of the first one's requests",
+    return Tale(
+        log,
         [
-            Story(
-                "two masters: node 6 is sent to Pre-operational twice and stopped once, and started again by the "
-                "other each time after 0.35 s; then both ask drive 4 on the same SDO channel at the same time "
-                "(1018h:01 and 6041h)",
-                {"nodes": [6, 4]},
+            Seen(
                 first,
                 log.first(nmt(PRE_OP, 6), log.stamp(against[0])),
                 log.first(answer(4, 0x1018, 1), log.stamp(strange[-1])),
-                "ended",
                 [*against, log.first(nmt(STOP, 6), began), *strange, *log.all(answer(4, 0x1018, 1), asked)],
-                "TPDO1 of node 6 (186h) paused three times; one client got the other's answer",
-                "who else is on the bus: a service tool, a second control program, a gateway",
             )
-        ],
-        [
-            "node 6 left Operational by itself",
-            "node 6 is defective or was lost",
-            "drive 4 answers wrongly (each answer fits one of the two requests)",
-            "anything stands at the end",
         ],
     )
 
 
-def producer_stopped(p: Plant) -> tuple[Log, Tale]:
+def producer_stopped(p: Plant) -> Tale:
     """t15: a node is stopped by command; another needs its PDO."""
     p.io(2, "heartbeat 300 ms")
     p.io(3, "heartbeat 300 ms, TPDO1 (183h) type 255 with event timer 200 ms", kind=255, event_ms=200)
@@ -84,35 +71,17 @@ def producer_stopped(p: Plant) -> tuple[Log, Tale]:
     log = p.finish()
     late = log.first(emcy(5, 0x8250), stopped)
     order = log.first(nmt(STOP, 3), stopped)
-    return log, Tale(
-        "One node is stopped by command while another needs its PDO",
+    return Tale(
+        log,
         [
-            Story(
-                "the controller stopped node 3 (NMT 02h) and started it again 3 s later",
-                {"node": 3},
+            Seen(
                 order,
                 log.first(on(0x703, "04"), stopped),
                 log.first(on(0x703, "05"), started),
-                "ended",
                 [log.first(nmt(START, 3), started)],
-                "TPDO1 of node 3 (183h) was missing for 3 s, as the command says",
-                "why the controller stopped a node whose data another one needs",
             ),
-            Story(
-                "node 5, which needs 183h every 500 ms (1401h:05), reported EMCY 8250h and took it back when node 3 "
-                "ran again",
-                {"node": 5, "pdo": "RPDO2 of node 5 / 183h"},
-                late,
-                late,
-                log.first(emcy(5, 0x0000), started),
-                "ended",
-                [log.last(on(0x183), log.stamp(order) + 0.01)],
-                "node 5 worked with old values, and stayed Operational (1029h:01 = 1)",
-                "nothing at node 5: the stop command for node 3",
-                caused_by=0,
-            ),
+            Seen(late, late, log.first(emcy(5, 0x0000), started), [log.last(on(0x183), log.stamp(order) + 0.01)]),
         ],
-        ["node 3 failed or was lost", "node 5 is the cause", "anything stands at the end"],
     )
 
 
@@ -120,7 +89,7 @@ def void(_: object) -> None:
     """For a call whose result does not matter."""
 
 
-def commanded_reset(p: Plant) -> tuple[Log, Tale]:
+def commanded_reset(p: Plant) -> Tale:
     """t18: a node is reset by command and takes 1.5 s; two others report it meanwhile."""
     for node, behaviour in ((2, 1), (3, 1)):
         p.io(
@@ -141,40 +110,18 @@ def commanded_reset(p: Plant) -> tuple[Log, Tale]:
     order = log.first(nmt(RESET_NODE, 5), reset)
     seen = [log.first(emcy(node, 0x8130), reset) for node in (2, 3)]
     stories = [
-        Story(
-            "the controller reset node 5 (81h), which booted 1.5 s later and was started",
-            {"node": 5},
+        Seen(
             order,
             order,
             log.first(on(0x705, "05"), log.stamp(order)),
-            "harmless",
             [log.first(on(0x705, "00"), reset), log.first(nmt(START, 5), reset)],
-            "none: commanded and complete",
-            "nothing",
         )
     ]
-    stories.append(
-        Story(
-            "nodes 2 and 3 reported the pause (EMCY 8130h) and took it back at the boot-up",
-            {"nodes": [2, 3]},
-            min(seen),
-            max(seen),
-            max(log.first(emcy(node, 0x0000), reset) for node in (2, 3)),
-            "harmless",
-            seen,
-            "none",
-            "nothing (the reset takes longer than 1016h allows)",
-            caused_by=0,
-        )
-    )
-    return log, Tale(
-        "A node is reset by command; those who monitor it report it (harmless)",
-        stories,
-        ["node 5 restarted by itself or was lost", "nodes 2 or 3 are defective", "anything stands at the end"],
-    )
+    stories.append(Seen(min(seen), max(seen), max(log.first(emcy(node, 0x0000), reset) for node in (2, 3)), seen))
+    return Tale(log, stories)
 
 
-def plant_stopped(p: Plant) -> tuple[Log, Tale]:
+def plant_stopped(p: Plant) -> Tale:
     """t19: the whole plant is stopped and started by NMT."""
     p.io(2, "heartbeat 300 ms")
     p.io(5, "heartbeat 300 ms")
@@ -197,27 +144,10 @@ def plant_stopped(p: Plant) -> tuple[Log, Tale]:
     p.wait(1.5)
     log = p.finish()
     order = log.first(nmt(STOP, 0), stopped)
-    return log, Tale(
-        "The plant is stopped and started by NMT (harmless)",
-        [
-            Story(
-                "ordinary stop of the plant: the drive was disabled, SYNC stopped, all nodes stopped (02h 00h), then "
-                "Pre-operational, then started again",
-                {"nodes": [2, 4, 5]},
-                order,
-                order,
-                log.first(nmt(START, 0), started),
-                "harmless",
-                [log.first(nmt(PRE_OP, 0), stopped)],
-                "none: commanded for all, everything runs again",
-                "nothing",
-            )
-        ],
-        ["SYNC producer failed", "PDOs missing as a fault", "nodes left Operational by themselves", "anything stands"],
-    )
+    return Tale(log, [Seen(order, order, log.first(nmt(START, 0), started), [log.first(nmt(PRE_OP, 0), stopped)])])
 
 
-def start_without_effect(p: Plant) -> tuple[Log, Tale]:
+def start_without_effect(p: Plant) -> Tale:
     """t25: a node refuses to start while its error register is not 0."""
     p.io(2, "heartbeat 300 ms")
     device = p.io(
@@ -244,38 +174,21 @@ def start_without_effect(p: Plant) -> tuple[Log, Tale]:
     log = p.finish()
     raised = log.first(emcy(6, 0x3130), struck)
     order = log.first(nmt(START, 0), started)
-    return log, Tale(
-        "A node does not start because an error of it stands",
+    return Tale(
+        log,
         [
-            Story(
-                "node 6 reported EMCY 3130h (mains voltage) before it was started, and never took it back",
-                {"node": 6},
-                raised,
-                raised,
-                None,
-                "open",
-                [log.first(answer(6, 0x1001, 0), struck)],
-                "error register 05h",
-                "supply of the outputs of node 6",
-            ),
-            Story(
-                "NMT start has no effect on node 6: its heartbeat stays 7Fh, also after two further commands",
-                {"node": 6},
+            Seen(raised, raised, None, [log.first(answer(6, 0x1001, 0), struck)]),
+            Seen(
                 order,
                 log.first(on(0x706, "7F"), started),
                 None,
-                "open",
                 [*[log.first(nmt(START, 6), when) for when in again], log.all(on(0x706, "7F"), started)[-1]],
-                "TPDO1 of node 6 (186h) never comes; RPDO1 (206h) has no effect",
-                "the error of node 6: it refuses Operational while 1001h is not 0",
-                caused_by=0,
             ),
         ],
-        ["node 6 is lost", "the start command did not reach the bus (2 and 4 started)", "two independent problems"],
     )
 
 
-def restart_of_all(p: Plant) -> tuple[Log, Tale]:
+def restart_of_all(p: Plant) -> Tale:
     """c02: the plant is reset by command, configured and started again."""
     p.io(2, "heartbeat 300 ms, monitors 5 with 900 ms (preset)", consumers=[(5, 900)])
     p.io(5, "heartbeat 300 ms", pdo=False)
@@ -303,27 +216,20 @@ def restart_of_all(p: Plant) -> tuple[Log, Tale]:
     p.wait(1.2)
     log = p.finish()
     order = log.first(nmt(RESET_NODE, 0), reset)
-    return log, Tale(
-        "An ordinary restart of the plant by command (harmless)",
+    return Tale(
+        log,
         [
-            Story(
-                "ordinary restart of the plant: drive disabled, SYNC stopped, reset node to all (81h 00h); all "
-                "booted, were configured again and started",
-                {"nodes": [2, 4, 5]},
+            Seen(
                 order,
                 order,
                 log.first(nmt(START, 0), started),
-                "harmless",
                 [log.first(on(0x700 + node, "00"), reset) for node in (2, 4, 5)],
-                "none",
-                "nothing",
             )
         ],
-        ["nodes restarted by themselves", "nodes were lost", "SYNC producer failed", "anything stands at the end"],
     )
 
 
-def boot_and_run(p: Plant) -> tuple[Log, Tale]:
+def boot_and_run(p: Plant) -> Tale:
     """c01: nothing happens."""
     p.io(2, "heartbeat 300 ms, monitors 127 with 900 ms (preset)", consumers=[(127, 900)])
     p.io(6, "heartbeat 300 ms, PDOs written", pdo=False)
@@ -339,11 +245,7 @@ def boot_and_run(p: Plant) -> tuple[Log, Tale]:
     p.wait(4.0)
     log = p.finish()
     log.first(of(4))
-    return log, Tale(
-        "Ordinary boot and run: nothing goes wrong",
-        [],
-        ["anything above a note"],
-    )
+    return Tale(log, [])
 
 
 SCENARIOS = {

@@ -6,12 +6,12 @@ What it must not do: take a truth from anything but what was done to the plant a
 from __future__ import annotations
 
 from network_nodes import U8
-from story_log import Log, answer, download, emcy, nmt, on
+from story_log import answer, download, emcy, nmt, on
 from story_nodes import IO_INPUTS, NOT_MAPPABLE, Pdo
-from story_plant import START, Plant, Story, Tale
+from story_plant import START, Plant, Seen, Tale
 
 
-def refused_and_started(p: Plant) -> tuple[Log, Tale]:
+def refused_and_started(p: Plant) -> Tale:
     """t09: part of a mapping is refused; the controller does not care and starts."""
     p.io(2, "heartbeat 300 ms")
     p.io(6, "heartbeat 300 ms, PDOs to be configured; has no object 6402h", pdo=False)
@@ -39,31 +39,24 @@ def refused_and_started(p: Plant) -> tuple[Log, Tale]:
     log = p.finish()
     asked = log.first(download(6, 0x1A00, 2), wrong)
     refused = log.first(answer(6, 0x1A00, 2, "80"), wrong)
-    return log, Tale(
-        "Part of a PDO mapping is refused, and the node is started all the same",
+    return Tale(
+        log,
         [
-            Story(
-                "two writes of the mapping of TPDO1 of node 6 were refused: 1A00h:02 = 64020110h (06040041h, no such "
-                "object to map) and 1A00h:00 = 2 (06040041h); not repeated; the node was started all the same",
-                {"node": 6, "pdo": "TPDO1 of node 6 / 186h"},
+            Seen(
                 asked,
                 refused,
                 None,
-                "open",
                 [
                     log.first(download(6, 0x1A00, 0), log.stamp(refused)),
                     log.first(answer(6, 0x1A00, 0, "80"), wrong),
                     log.first(nmt(START, 0), started),
                 ],
-                "TPDO1 of node 6 is valid but maps nothing: 186h never comes",
-                "the mapping against the EDS of this device: object 6402h does not exist in it",
             )
         ],
-        ["node 6 is lost or silent", "node 6 failed to start (its heartbeat says 05)", "other nodes had trouble"],
     )
 
 
-def mute_object(p: Plant) -> tuple[Log, Tale]:
+def mute_object(p: Plant) -> Tale:
     """t10: one object is not answered; the client gives up, goes on, and later repeats the write."""
     p.io(2, "heartbeat 300 ms")
     p.io(6, "heartbeat 300 ms, PDOs to be configured", pdo=False)
@@ -92,27 +85,10 @@ def mute_object(p: Plant) -> tuple[Log, Tale]:
     asked = log.first(download(6, 0x1016, 1), asked_at)
     gave_up = log.first(on(0x606, "80000000"), asked_at, given_up + 0.05)
     good = log.first(answer(6, 0x1016, 1, "60"), again_at)
-    return log, Tale(
-        "One write of a configuration stays unanswered and is repeated later",
-        [
-            Story(
-                "the write of 1016h:01 of node 6 was not answered for 1 s (all others were); the client gave up "
-                "(05040000h), went on, and repeated it 1 s later with success",
-                {"node": 6},
-                asked,
-                gave_up,
-                good,
-                "ended",
-                [log.first(download(6, 0x1016, 1), again_at)],
-                "none in the end: before NMT start the heartbeat consumer is configured",
-                "nothing stands; the firmware of node 6 does not answer while it is busy with 1016h",
-            )
-        ],
-        ["node 6 is lost or silent (it answers every other request and its heartbeat goes on)", "anything stands"],
-    )
+    return Tale(log, [Seen(asked, gave_up, good, [log.first(download(6, 0x1016, 1), again_at)])])
 
 
-def absent(p: Plant) -> tuple[Log, Tale]:
+def absent(p: Plant) -> Tale:
     """t21: a node is not there from the beginning; the controller asks again and again and never starts."""
     p.io(2, "heartbeat 300 ms")
     p.drive(4, "heartbeat 300 ms, monitors 127 with 900 ms (preset)", consumers=[(127, 900)])
@@ -130,27 +106,24 @@ def absent(p: Plant) -> tuple[Log, Tale]:
     log = p.finish()
     asked = log.all(on(0x607, "40001000"), began)
     gave_up = log.all(on(0x607, "80"), began)
-    return log, Tale(
-        "A node is absent; the controller waits for it and starts nobody",
+    return Tale(
+        log,
         [
-            Story(
-                f"node 7 is absent: {len(asked)} requests for 1000h, each given up after 0.5 s (05040000h); nothing "
-                "was ever heard of it",
-                {"node": 7},
+            Seen(
                 asked[0],
                 gave_up[0],
                 None,
-                "open",
                 [asked[-1], gave_up[-1]],
-                "the boot never finishes: no NMT start, nodes 2 and 4 stay Pre-operational",
-                "node 7: supply, plug, node-ID, bit rate; or take it off the controller's list",
+                words={
+                    "kind": f"node 7 is absent: {len(asked)} requests for 1000h, each given up after 0.5 s "
+                    "(05040000h); nothing was ever heard of it"
+                },
             )
         ],
-        ["node 7 was lost (it was never there)", "nodes 2 or 4 do not start (nobody started them)"],
     )
 
 
-def wrong_order(p: Plant) -> tuple[Log, Tale]:
+def wrong_order(p: Plant) -> Tale:
     """t22: a mapping is written in the wrong order and never made good; a consumer gets too few bytes."""
     p.io(2, "heartbeat 300 ms")
     p.io(
@@ -177,39 +150,25 @@ def wrong_order(p: Plant) -> tuple[Log, Tale]:
     log = p.finish()
     refused = log.all(on(0x586, "80"), wrong)
     short = log.first(emcy(3, 0x8210), started)
-    return log, Tale(
-        "A mapping is written in the wrong order, refused and never made good",
+    return Tale(
+        log,
         [
-            Story(
-                f"all {len(refused)} writes of 1A00h of node 6 were refused (06010000h) because TPDO1 was still valid; "
-                "the controller went on and started: TPDO1 keeps its 4 bytes, 6 were wanted",
-                {"node": 6, "pdo": "TPDO1 of node 6 / 186h"},
+            Seen(
                 log.first(download(6, 0x1A00, 0), wrong),
                 refused[0],
                 None,
-                "open",
                 [refused[-1], log.first(on(0x186), started)],
-                "186h has 4 bytes",
-                "the order in the controller: 1800h:01 bit 31, 1A00h:00 = 0, entries, count, valid",
+                words={
+                    "kind": f"all {len(refused)} writes of 1A00h of node 6 were refused (06010000h) because TPDO1 was "
+                    "still valid; the controller went on and started: TPDO1 keeps its 4 bytes, 6 were wanted"
+                },
             ),
-            Story(
-                "node 3, which has 6 bytes mapped for 186h (RPDO2), reports EMCY 8210h: too short, not processed",
-                {"node": 3, "pdo": "RPDO2 of node 3 / 186h"},
-                short,
-                short,
-                None,
-                "open",
-                [log.first(on(0x186), started)],
-                "the outputs of node 3 do not follow",
-                "the mapping of TPDO1 of node 6, not node 3",
-                caused_by=0,
-            ),
+            Seen(short, short, None, [log.first(on(0x186), started)]),
         ],
-        ["node 3 is defective", "node 6 does not support the objects", "two independent problems"],
     )
 
 
-def scan(p: Plant) -> tuple[Log, Tale]:
+def scan(p: Plant) -> Tale:
     """c03: a configuration tool asks all node-IDs up to 32, then the plant is configured and runs."""
     p.io(2, "heartbeat 300 ms")
     p.io(6, "heartbeat 300 ms, PDOs written", pdo=False)
@@ -234,24 +193,7 @@ def scan(p: Plant) -> tuple[Log, Tale]:
     p.wait(2.0)
     log = p.finish()
     asked = [log.first(on(0x600 + node, "40001000"), began) for node in range(1, 33)]
-    return log, Tale(
-        "A scan of the node-IDs 1 to 32, then an ordinary configuration (harmless)",
-        [
-            Story(
-                "a scan: 1000h of the node-IDs 1 to 32 was read one after the other; 2, 4 and 6 are there, the others "
-                "are not and need not be",
-                {"nodes": [node for node in range(1, 33) if node not in (2, 4, 6)]},
-                asked[0],
-                asked[8],
-                asked[-1],
-                "harmless",
-                [],
-                "none",
-                "nothing",
-            )
-        ],
-        ["29 nodes are absent as a fault", "nodes were lost", "anything above harmless"],
-    )
+    return Tale(log, [Seen(asked[0], asked[8], asked[-1])])
 
 
 SCENARIOS = {

@@ -10,7 +10,7 @@ from typing import Any
 
 from network_lss import LssSlave
 from network_nodes import PRE_OPERATIONAL, U8
-from story_log import Log, answer, download, emcy, nmt, of, on
+from story_log import answer, download, emcy, nmt, of, on
 from story_nodes import (
     IO_INPUTS,
     IO_OUTPUTS,
@@ -23,7 +23,7 @@ from story_nodes import (
     communication_rows,
     rows_of_pdos,
 )
-from story_plant import START, Plant, Story, Tale
+from story_plant import START, Plant, Seen, Tale
 from story_wire import Socket
 
 FLASH_FAILED = 0x0606_0000
@@ -72,7 +72,7 @@ def io_rows(node: int, **settings: Any) -> Any:
     return rows + rows_of_pdos(0x1400, [rpdo]) + rows_of_pdos(0x1800, [tpdo])
 
 
-def node_id_twice(p: Plant) -> tuple[Log, Tale]:
+def node_id_twice(p: Plant) -> Tale:
     """t08: a spare device is plugged in with a node-ID that is taken."""
     p.io(2, "heartbeat 300 ms")
     p.io(6, "heartbeat 300 ms, TPDO1 type 1")
@@ -96,27 +96,20 @@ def node_id_twice(p: Plant) -> tuple[Log, Tale]:
     boot = log.first(on(0x706, "00"), plugged)
     running = log.first(on(0x706, "05"), log.stamp(boot))
     answers = log.all(answer(6, 0x1018, 4), plugged)
-    return log, Tale(
-        "A second device with node-ID 6 is plugged in",
+    return Tale(
+        log,
         [
-            Story(
-                "node-ID 6 is there twice: a boot-up of node 6 without a restart of the first, whose TPDO1 and "
-                "heartbeat 05h go on while the second sends 7Fh in between; SDO requests are answered twice",
-                {"node": 6},
+            Seen(
                 boot,
                 running,
                 None,
-                "open",
                 [*answers, *log.all(answer(6, 0x1000, 0), plugged), log.first(on(0x706, "7F"), plugged)],
-                "nobody knows which of the two acts and answers",
-                "node-ID switches of the device plugged in last (about the time of the boot-up)",
             )
         ],
-        ["node 6 restarted", "node 6 leaves and enters Operational again and again", "node 6 answers wrongly"],
     )
 
 
-def overload(p: Plant) -> tuple[Log, Tale]:
+def overload(p: Plant) -> Tale:
     """t28: one node floods its TPDO on a slow bus; what has a higher identifier waits."""
     p.io(2, "heartbeat 500 ms", heartbeat_ms=500)
     p.io(5, "heartbeat 500 ms", heartbeat_ms=500)
@@ -148,29 +141,27 @@ def overload(p: Plant) -> tuple[Log, Tale]:
         for can_id in (0x702, 0x705, 0x77F)
         for line, later in zip(log.all(on(can_id), began - 1), log.all(on(can_id), began - 1)[1:], strict=False)
     )
-    return log, Tale(
-        "A node floods its TPDO1 on a bus at 20 kbit/s; heartbeats come late",
+    return Tale(
+        log,
         [
-            Story(
-                f"node 3 sent its TPDO1 (183h) {len(flood)} times in 2.5 s (about 4 times a second before): an "
-                "analogue input bounces and there is no inhibit time; the bus (20 kbit/s) was loaded to nine tenths",
-                {"node": 3, "pdo": "TPDO1 of node 3 / 183h"},
+            Seen(
                 flood[0],
                 flood[20],
                 flood[-1],
-                "ended",
                 [late[1]],
-                f"what has a higher identifier came late: a heartbeat up to {late[0]:.2f} s after the one before (0.5 "
-                "s)",
-                "inhibit time (1800h:03) and the input of node 3",
+                words={
+                    "kind": f"node 3 sent its TPDO1 (183h) {len(flood)} times in 2.5 s (about 4 times a second "
+                    "before): an analogue input bounces and there is no inhibit time; the bus (20 kbit/s) was "
+                    "loaded to nine tenths",
+                    "consequences": "what has a higher identifier came late: a heartbeat up to "
+                    f"{late[0]:.2f} s after the one before (0.5 s)",
+                },
             )
         ],
-        ["nodes 2, 5 or 127 failed", "anything stands at the end"],
-        notes="The bit rate is that of the arbiter; the capture does not tell it.",
     )
 
 
-def stored(p: Plant) -> tuple[Log, Tale]:
+def stored(p: Plant) -> Tale:
     """t29: storing parameters keeps a node busy for 1.5 s; who monitors it reports it."""
     p.io(2, "heartbeat 300 ms, monitors 6 with 900 ms (preset), 1029h:01 = 1", consumers=[(6, 900)], behaviour=1)
     device = p.io(6, "heartbeat 300 ms; storing parameters (1010h) takes 1.5 s in which it does nothing else")
@@ -185,39 +176,10 @@ def stored(p: Plant) -> tuple[Log, Tale]:
     done = log.first(answer(6, 0x1010, 1), saved)
     back = log.first(of(6), log.stamp(done))
     seen = log.first(emcy(2, 0x8130), saved)
-    return log, Tale(
-        "Storing parameters keeps a node busy for 1.5 s (harmless)",
-        [
-            Story(
-                'node 6 stored its parameters (1010h:01 = "save", answered at once) and did nothing else for 1.5 s: no '
-                "heartbeat, no TPDO1; then it went on, without a restart",
-                {"node": 6},
-                order,
-                seen,
-                back,
-                "harmless",
-                [done],
-                "none",
-                "nothing; do not store while the plant runs, or allow more time in 1016h of node 2",
-            ),
-            Story(
-                "node 2 reported the pause (EMCY 8130h) and took it back",
-                {"node": 2},
-                seen,
-                seen,
-                log.first(emcy(2, 0x0000), saved),
-                "harmless",
-                [],
-                "none",
-                "nothing",
-                caused_by=0,
-            ),
-        ],
-        ["node 6 was lost or restarted", "node 2 is defective", "anything stands at the end"],
-    )
+    return Tale(log, [Seen(order, seen, back, [done]), Seen(seen, seen, log.first(emcy(2, 0x0000), saved))])
 
 
-def lss(p: Plant) -> tuple[Log, Tale]:
+def lss(p: Plant) -> Tale:
     """t30: LSS: first nobody answers, then the node refuses its new node-ID."""
     p.io(2, "heartbeat 300 ms")
     device = p.io(6, "heartbeat 300 ms, LSS slave")
@@ -259,38 +221,16 @@ def lss(p: Plant) -> tuple[Log, Tale]:
     second = log.all(on(0x7E5, "40"), began)[1]
     order = log.first(on(0x7E5, "11"), refused_at)
     refusal = log.first(on(0x7E4, "11"), refused_at)
-    return log, Tale(
-        "LSS: nobody has the serial number asked for; a node-ID out of range is refused",
+    return Tale(
+        log,
         [
-            Story(
-                "switch state selective for serial number 4711 was sent twice and answered by nobody (no 44h within 1 "
-                "s)",
-                {"nodes": []},
-                first,
-                second,
-                None,
-                "open",
-                [fourth, log.all(on(0x7E5, "43"), began)[1]],
-                "no node was configured by it",
-                "identity asked for (vendor, product, revision, serial number), and whether that device is connected",
-            ),
-            Story(
-                "the node-ID 200 (C8h) was refused by the slave with serial number 4006 (11h, error 1: out of range)",
-                {"nodes": []},
-                order,
-                refusal,
-                None,
-                "open",
-                [log.first(on(0x7E4, "44"), refused_at)],
-                "the node keeps node-ID 6",
-                "the node-ID in the tool: 1 to 127",
-            ),
+            Seen(first, second, None, [fourth, log.all(on(0x7E5, "43"), began)[1]]),
+            Seen(order, refusal, None, [log.first(on(0x7E4, "44"), refused_at)]),
         ],
-        ["node 6 failed", "node 6 was given another node-ID"],
     )
 
 
-def bootloader(p: Plant) -> tuple[Log, Tale]:
+def bootloader(p: Plant) -> Tale:
     """t31: a program download is aborted and the node stays in its bootloader."""
     p.io(2, "heartbeat 300 ms")
     device = FlashedDevice(p.wire, p.account, p.timers, 6, io_rows(6))
@@ -314,18 +254,13 @@ def bootloader(p: Plant) -> tuple[Log, Tale]:
     asked = log.first(download(6, 0x1F50, 1), began)
     abort = log.first(answer(6, 0x1F50, 1, "80"), began)
     start = log.first(nmt(START, 6), log.stamp(abort))
-    return log, Tale(
-        "A program download fails and the node stays in its bootloader",
+    return Tale(
+        log,
         [
-            Story(
-                "the program download to node 6 (1F50h:01) was aborted by the node after 98 of 180 bytes (06060000h, "
-                "hardware); starting the program (1F51h:01 = 1) was refused (08000022h); the node stays in its "
-                "bootloader",
-                {"node": 6},
+            Seen(
                 asked,
                 abort,
                 None,
-                "open",
                 [
                     log.first(download(6, 0x1F51, 1), began),
                     log.first(on(0x706, "00"), began),
@@ -333,23 +268,9 @@ def bootloader(p: Plant) -> tuple[Log, Tale]:
                     log.first(answer(6, 0x1F51, 1, "80"), log.stamp(abort)),
                     log.all(on(0x706, "7F"), log.stamp(abort))[-1],
                 ],
-                "TPDO1 of node 6 is missing; 1000h reads 0 there",
-                "flash memory and power of node 6; repeat the download; the boot-up before it was ordered (1F51h = 0)",
             ),
-            Story(
-                "NMT start has no effect on node 6: a bootloader does not go Operational",
-                {"node": 6},
-                start,
-                log.first(on(0x706, "7F"), log.stamp(start)),
-                None,
-                "open",
-                [],
-                "none further",
-                "the program download",
-                caused_by=0,
-            ),
+            Seen(start, log.first(on(0x706, "7F"), log.stamp(start))),
         ],
-        ["node 6 restarted by itself", "node 6 is lost", "start without effect as a problem of its own"],
     )
 
 

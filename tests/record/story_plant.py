@@ -51,45 +51,34 @@ CANDUMP = "candump"
 
 
 @dataclass
-class Story:
-    """One entry of `stories` in a truth file; samples/README.md says what the fields are."""
+class Seen:
+    """The lines of one story, as samples/README.md says; its words are in the truth of the recording."""
 
-    kind: str
-    subject: dict[str, Any]
     begin: int
     visible: int
-    end: int | None
-    status: str
-    evidence: Iterable[int]
-    consequences: str
-    check_first: str
-    caused_by: int | None = None
+    end: int | None = None
+    evidence: Iterable[int] = ()
+    words: dict[str, str] = field(default_factory=dict)
+    """Words with figures, which each recording has its own of."""
 
     def row(self) -> dict[str, Any]:
-        """As it is written."""
+        """Returns what is new in an entry of `stories`."""
+        lines = {self.begin, self.visible, *self.evidence, *([self.end] if self.end else [])}
         return {
-            "kind": self.kind,
-            "subject": {"bus": INTERFACE, **self.subject},
             "begin_line": self.begin,
             "visible_from_line": self.visible,
             "end_line": self.end,
-            "status": self.status,
-            "root": self.caused_by is None,
-            "caused_by": self.caused_by,
-            "evidence_lines": sorted({self.begin, self.visible, *self.evidence, *([self.end] if self.end else [])}),
-            "consequences": self.consequences,
-            "check_first": self.check_first,
+            "evidence_lines": sorted(lines),
+            **self.words,
         }
 
 
 @dataclass
 class Tale:
-    """The truth of one recording, but for what the plant knows itself."""
+    """What a recording shows, story by story, and where it is not the plant's doing."""
 
-    title: str
-    stories: list[Story]
-    must_not_say: list[str]
-    notes: str = ""
+    log: Log
+    seen: list[Seen]
     natural: list[dict[str, Any]] = field(default_factory=list)
 
 
@@ -359,20 +348,17 @@ class Plant:
             raise MissingFrame(f"the machine stood still for {longest:.3f} s")
         return Log(self.path)
 
-    def write_truth(self, tale: Tale, log: Log) -> None:
-        """The truth beside the log."""
+    def write_truth(self, tale: Tale, told: dict[str, Any]) -> None:
+        """Writes the truth beside the log: the words of the recording before it, and the lines of this one."""
         nodes = [{"bus": INTERFACE, "node": CONTROLLER, "role": self.controller_role}, *self.others]
         nodes += [{"bus": INTERFACE, "node": device.id, "role": device.role} for device in self.devices.values()]
-        whole = {
+        whole = told | {
             "capture": self.path.name,
-            "title": tale.title,
             "stack": STACK.format(rate=self.wire.bit_rate // 1000),
-            "seconds": log.seconds,
-            "frames": len(log.lines),
+            "seconds": tale.log.seconds,
+            "frames": len(tale.log.lines),
             "nodes": nodes,
-            "stories": [story.row() for story in tale.stories],
-            "must_not_say": tale.must_not_say,
-            "notes": tale.notes,
-            "natural": [*tale.natural, *log.late_syncs()],
+            "stories": [words | seen.row() for words, seen in zip(told["stories"], tale.seen, strict=True)],
+            "natural": [*tale.natural, *tale.log.late_syncs()],
         }
         self.path.with_suffix(".json").write_text(json.dumps(whole, indent=1, ensure_ascii=False) + "\n")
