@@ -26,6 +26,7 @@ from canalyze.sources.format import Capture
 TESTS = Path(__file__).resolve().parent
 SAMPLES = TESTS.parent / "samples"
 EDS = TESTS.parent / "eds"
+DATA = TESTS / "data"
 SHARED = TESTS.parent.parent / "shared"
 """Material that lies beside the checkout on some machines; tests that want it skip where it is missing."""
 

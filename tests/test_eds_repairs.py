@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from captures import DATA
 from eds_texts import codes, default, load, name, variable
 
 from canalyze.dictionary import load as load_file
@@ -340,29 +341,8 @@ def test_file_that_cannot_be_used(data: bytes, key: str) -> None:
         assert "\n" not in raised.value.in_words(Words(lang))
 
 
-XDD = """<?xml version="1.0" encoding="utf-8"?>
-<C><ProfileBody fileName="d.xdd" fileVersion="1">
-<vendorName>Firma &#220;</vendorName><vendorID>0x12</vendorID>
-<parameterList>
-<parameter uniqueID="A" access="readWrite"><USINT/><defaultValue value="7"/></parameter>
-<parameter uniqueID="B"><BOOL/><defaultValue value="true"/></parameter>
-</parameterList>
-<CANopenObjectList>
-<CANopenObject index="2000" name="x" objectType="7" PDOmapping="TPDO" uniqueIDRef="A"/>
-<CANopenObject index="2001" name="r" objectType="9" subNumber="1">
-<CANopenSubObject subIndex="0A" name="y" objectType="7" uniqueIDRef="B"/>
-</CANopenObject>
-<CANopenObject index="2002" name="z" objectType="7" dataType="0003" accessType="ro" defaultValue="-5" lowLimit="-9"/>
-</CANopenObjectList>
-<dummyUsage><dummy entry="Dummy0001=0"/><dummy entry="Dummy0005=1"/></dummyUsage>
-<supportedBaudRate value="500 Kbps"/>
-<CANopenGeneralFeatures nrOfRxPDO="2" nrOfTxPDO="3" layerSettingServiceSlave="true"/>
-</ProfileBody></C>
-"""
-
-
 def test_xdd() -> None:
-    found = read(XDD.encode(), "x.xdd")
+    found = read((DATA / "small.xdd").read_bytes(), "x.xdd")
     assert (found.form, found.device.vendor_name, found.device.vendor_number) == ("xdd", "Firma Ü", 18)
     assert (found.device.bit_rates, found.device.rpdos, found.device.tpdos) == ((500_000,), 2, 3)
     assert (found.device.lss, found.info.name, sorted(found.dummies)) == (True, "d.xdd", [5])

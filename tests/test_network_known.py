@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
 import pytest
+from captures import DATA
 
 from canalyze import _core
 from canalyze.configuration import network
@@ -19,94 +21,7 @@ from canalyze.errors import ConfigError, SourceError
 from canalyze.words import Words
 
 OWN = Path(__file__).parent.parent / "eds"
-DCF = """\
-[FileInfo]
-FileName=five.dcf
-[DeviceInfo]
-ProductName=Five
-[DeviceComissioning]
-NodeID=5
-[DummyUsage]
-Dummy0001=0
-Dummy0002=1
-Dummy0003=1
-Dummy0004=0
-Dummy0005=1
-Dummy0006=0
-Dummy0007=0
-[MandatoryObjects]
-SupportedObjects=0
-[OptionalObjects]
-SupportedObjects=2
-1=0x1014
-2=0x1017
-[ManufacturerObjects]
-SupportedObjects=8
-1=0x2000
-2=0x2001
-3=0x2002
-4=0x2003
-5=0x2004
-6=0x2005
-7=0x2006
-8=0x2007
-[1014]
-ParameterName=COB-ID EMCY
-DataType=7
-AccessType=rw
-DefaultValue=$NODEID+0x80
-[1017]
-ParameterName=Heartbeat
-DataType=6
-AccessType=rw
-DefaultValue=0
-ParameterValue=500
-[2000]
-ParameterName=negative
-DataType=2
-AccessType=rww
-DefaultValue=-2
-PDOMapping=1
-[2001]
-ParameterName=text
-DataType=9
-AccessType=const
-DefaultValue=abc
-ParameterValue=def
-[2002]
-ParameterName=real
-DataType=8
-AccessType=ro
-DefaultValue=1.5
-[2003]
-ParameterName=wide
-DataType=0x1B
-AccessType=wo
-DefaultValue=0xFFFFFFFFFFFFFFFF
-[2004]
-ParameterName=named by its node
-DataType=7
-AccessType=rwr
-DefaultValue=0x185
-ParameterValue=$NODEID+0x40000180
-[2005]
-ParameterName=scaled
-DataType=3
-AccessType=ro
-Factor=0.1
-Unit=degC
-[2006]
-ParameterName=below
-DataType=4
-AccessType=ro
-DefaultValue=$NODEID-8
-Factor=0
-[2007]
-ParameterName=flag
-DataType=1
-AccessType=ro
-DefaultValue=1
-"""
+DCF = (DATA / "five.dcf").read_text()
 ROWS = [
     (0x1014, 0, "COB-ID EMCY", 7, "rw", 0x80, True, False, False, "", 1.0),
     (0x1017, 0, "Heartbeat", 6, "rw", 500, False, True, False, "", 1.0),
@@ -328,56 +243,11 @@ def test_canalyze_toml(tmp_path: Path) -> None:
     assert read(str(file)) == Config("en", True, known)
 
 
-@pytest.mark.parametrize(
-    ("text", "where", "said"),
-    [
-        ("[[eds]]\nnode = 5\n", ":1", "missing key eds.file"),
-        ("[[eds]]\nnode = 0\nfile = 'a'\n", ":2", "eds.node: 0 is not a node-ID, 1 to 127, or several"),
-        ("[[eds]]\nfile = 'a'\nnode = [1, 'x']\n", ":3", "eds.node"),
-        ("[[eds]]\nfile = 'a'\nnode = []\n", ":3", "eds.node"),
-        ("[[eds]]\nfile = 'a'\nnode = true\n", ":3", "eds.node: true"),
-        ("[[eds]]\nfile = 'a'\nnode = '4-1'\n", ":3", 'eds.node: "4-1"'),
-        ("[[eds]]\nfile = 5\n", ":2", "eds.file: 5 is not a non-empty text"),
-        ("[[eds]]\nfile = 'a'\nbus = ''\n", ":3", "eds.bus"),
-        (
-            "[[eds]]\nfile = 'a'\n\n[[eds]]\nfile = 'b'\nnod = 5\n",
-            ":6",
-            "unknown key eds.nod (did you mean node?); allowed: file, node, bus",
-        ),
-        ("eds = 'a.eds'\n", ":1", "eds must be a table, [[eds]]"),
-        ("eds = [{ file = 'a', node = 200 }]\n", ":1", "eds.node: 200"),
-        ("[eds]\nfile = 'a'\n", ":1", "[[eds]]"),
-        ("[[cob]]\nid = 0x1A5\nnode = 5\npdo = 'TPDO1'\n", ":2", "cob.id: 421 is not a hexadecimal CAN-ID"),
-        ("[[cob]]\nid = '1A5'\nnode = '5'\npdo = 'TPDO1'\n", ":3", 'cob.node: "5"'),
-        ("[[cob]]\nid = '1A5'\nnode = 5\npdo = 'PDO1'\n", ":4", "cob.pdo"),
-        ("[[cob]]\nid = '1A5'\nnode = 5\n", ":1", "missing key cob.pdo"),
-        ("[[sdo]]\nclient = '640'\nserver = '640'\nnode = 5\n", ":3", "the other ID of the same channel"),
-        ("[[sdo]]\nclient = '640'\nnode = 5\n", ":1", "missing key sdo.server"),
-        ("# one\n[sync] # two\nperiod_us = 0\n", ":3", "sync.period_us: 0"),
-        ("[sync]\nwindow_us = '1ms'\n", ":2", "sync.window_us"),
-        ("[sync]\nwindow_us = nan\n", ":2", "sync.window_us"),
-        (
-            "[sync]\nwindow = 1\n",
-            ":2",
-            "unknown key sync.window (did you mean window_us?); allowed: period_us, window_us",
-        ),
-        ("sync = 1000\n", ":1", "[sync]"),
-        ("sync.period_us = -1\n", ":1", "sync.period_us"),
-        ("jitter_us = -1\n", ":1", "jitter_us: -1"),
-        ("bitrate = 125\n", ":1", "bitrate: 125"),
-        (
-            "lang = 'en'\njiter_us = 1\n",
-            ":2",
-            "unknown key jiter_us (did you mean jitter_us?); allowed: lang, jitter_us, bitrate, [sync], [check]",
-        ),
-        ("[[ed]]\nfile = 'a'\n", ":1", "unknown key ed (did you mean [[eds]]?);"),
-    ],
-)
-def test_what_cannot_be_in_canalyze_toml(tmp_path: Path, text: str, where: str, said: str) -> None:
+@pytest.mark.parametrize("mistake", tomllib.loads((DATA / "settings.toml").read_text())["mistake"])
+def test_what_cannot_be_in_canalyze_toml(tmp_path: Path, mistake: dict[str, str]) -> None:
     file = tmp_path / "canalyze.toml"
-    file.write_text(text)
+    file.write_text(mistake["content"])
     with pytest.raises(ConfigError) as raised:
         read(str(file))
-    assert str(raised.value).startswith(f"{file}{where}: ")
-    assert said in str(raised.value)
-    assert f"{file}{where}：" in raised.value.in_words(Words("zh"))
+    assert str(raised.value) == f"{file}{mistake['said']}"
+    assert f"{file}{mistake['said'].partition(' ')[0][:-1]}：" in raised.value.in_words(Words("zh"))

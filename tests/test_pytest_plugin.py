@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from captures import SAMPLES
+from captures import DATA, SAMPLES
 from diagnoses import diagnosed
 from test_diagnosis import lost
 
@@ -46,53 +46,7 @@ def test_captures_are_opened_beside_the_test(tests: pytest.Pytester) -> None:
     done.assert_outcomes(passed=1)
 
 
-FAILING = """
-def test_findings(canalyze_open):
-    capture = canalyze_open("caps/sdo-abort.log")
-    assert not capture.findings.at_least("error")
-
-def test_generator(canalyze_open):
-    capture = canalyze_open("caps/sdo-abort.log")
-    assert all(one.status == "ok" for one in capture.transfers)
-
-def test_value(canalyze_open):
-    (one,) = canalyze_open("caps/sync-and-pdos.log").transfers.of(node=5, object="1017")
-    assert one.value == 1000
-
-def test_two(canalyze_open):
-    one, other = canalyze_open("caps/sync-and-pdos.log").transfers.of(object="1017")[:2]
-    assert one == other
-
-def test_none(canalyze_open):
-    assert canalyze_open("caps/sdo-abort.log").findings.of("SDO001") == []
-
-def test_signal(canalyze_open):
-    signals = canalyze_open("caps/sync-and-pdos.log", eds={5: "caps/drive.eds"}).signals
-    assert signals["5.TPDO4.velocity actual value"].max < 800
-
-def test_series(canalyze_open):
-    signals = canalyze_open("caps/sync-and-pdos.log", eds={5: "caps/drive.eds"}).signals
-    assert signals["5.TPDO4.velocity actual value"] == [1, 2]
-
-def test_without_fixture():
-    import canalyze
-    from pathlib import Path
-    capture = canalyze.open("caps/sdo-abort.log", folder=Path(__file__).parent)
-    assert capture.findings == ()
-
-def test_other():
-    assert [1, 2] == [1, 3]
-
-def test_mock(canalyze_open):
-    from unittest.mock import Mock
-    import canalyze
-    capture = Mock(spec=canalyze.Capture)
-    assert capture.findings == 1
-
-def test_long(canalyze_open):
-    capture = canalyze_open("caps/sdo-abort.log")
-    assert capture.transfers == capture.transfers[::-1]
-"""
+FAILING = (DATA / "plugin_failing.txt").read_text()
 
 
 def test_failures_show_annotated_lines(tests: pytest.Pytester) -> None:
@@ -118,25 +72,7 @@ def test_failures_show_annotated_lines(tests: pytest.Pytester) -> None:
     assert "item 0:" in parts["test_long"]
 
 
-TROUBLE = """
-def test_other_part(canalyze_open):
-    capture = canalyze_open("caps/lost.log")
-    assert len(capture.frames) == 61
-
-def test_standing(canalyze_open):
-    assert not canalyze_open("caps/lost.log").problems.open
-
-def test_one(canalyze_open):
-    (one,) = canalyze_open("caps/lost.log").problems
-    assert one.status == "over"
-
-def test_list(canalyze_open):
-    assert canalyze_open("caps/lost.log").problems == []
-
-def test_well(canalyze_open):
-    capture = canalyze_open("caps/sync-and-pdos.log")
-    assert len(capture.frames) == 1
-"""
+TROUBLE = (DATA / "plugin_trouble.txt").read_text()
 
 
 def test_failures_tell_the_story(tests: pytest.Pytester) -> None:
@@ -220,37 +156,7 @@ def test_the_plugin_can_be_turned_off(tests: pytest.Pytester) -> None:
     done.stdout.fnmatch_lines(["*fixture 'canalyze_open' not found*"])
 
 
-TYPED = """
-from pathlib import Path
-
-import canalyze
-from canalyze.pytest_plugin import Opener
-
-
-def states(path: Path) -> list[str | None]:
-    given = {5: "drive.eds"}
-    canalyze.open(path, eds=given)
-    canalyze.open(path, eds={("can0", 6): path})
-    with canalyze.open([path, "other.log"], eds={5: "a.eds", ("can1", 6): path}, bitrate="500k", merge=True) as capture:
-        for event in capture:
-            if isinstance(event, canalyze.Frame):
-                number: int = event.id
-            elif isinstance(event, canalyze.Transfer):
-                value: int | float | str | bool | None = event.value
-        first: canalyze.Transfer = capture.transfers[0]
-        some: canalyze.Transfers = capture.transfers.of(node=5)[1:]
-        bad: canalyze.Findings = capture.findings.at_least("warning").of("SDO")
-        series: canalyze.Series = capture.signals["5.TPDO1.statusword"]
-        top: float = series.max + series.min
-        one: canalyze.Signal = capture.signals[0]
-        lines: list[canalyze.Line] = capture.lines(first.first_frame, first.last_frame)
-        return [change.state for change in capture.nodes[5].states]
-
-
-def test_it(canalyze_open: Opener) -> None:
-    capture = canalyze_open("boot.log", eds=["5=drive.eds"], lang="zh")
-    assert states(Path(capture.name))
-"""
+TYPED = (DATA / "plugin_typed.txt").read_text()
 
 
 def test_types_hold_for_the_user(tmp_path: Path) -> None:

@@ -6,7 +6,6 @@ have, the small block server of these tests. A listener writes down the frames; 
 
 from __future__ import annotations
 
-import io
 import logging
 import random
 import threading
@@ -19,30 +18,13 @@ import can
 import canopen
 import pytest
 from block_server import BlockServer
-from captures import CanFrame, Row, analyze, log_text, run_canalyze, spaced
+from captures import DATA, CanFrame, Row, analyze, log_text, run_canalyze, spaced
 from test_contents import s_records
 
 from canalyze.reports.extract import recognised
 
 NODE, BLOCK_NODE, INDEX = 9, 10, 0x2000
 
-EDS = f"""
-[DeviceInfo]
-[DummyUsage]
-{"".join(f"Dummy{number:04d}=0" + chr(10) for number in range(1, 8))}
-[MandatoryObjects]
-SupportedObjects=0
-[OptionalObjects]
-SupportedObjects=0
-[ManufacturerObjects]
-SupportedObjects=1
-1=0x{INDEX:04X}
-[{INDEX:04X}]
-ParameterName=Anything
-ObjectType=0x7
-DataType=0x000F
-AccessType=rw
-"""
 
 SIZES = sorted({*range(1, 30), 63, 64, 126, 127, 889, 890, 2000, *random.Random(301).sample(range(30, 2000), 15)})
 
@@ -83,9 +65,7 @@ class Recorder(can.Listener):
 
 
 def object_dictionary(node: int) -> canopen.ObjectDictionary:
-    stream = io.StringIO(EDS)
-    stream.name = "anything.eds"
-    return canopen.import_od(stream, node)
+    return canopen.import_od(str(DATA / "anything.eds"), node)
 
 
 CAUSAL = ("listener", "servers", "client")

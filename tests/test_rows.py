@@ -8,144 +8,18 @@ from __future__ import annotations
 import json
 import random
 from pathlib import Path
-from typing import Any
 
 import pytest
-from captures import session_output
+from captures import DATA, session_output
 from conftest import Runner
 
 from canalyze import _core
 
 FRAMES = [(0x70A, "00"), (0x60A, "4017100000000000"), (0x58A, "4B171000E8030000"), (0x080, ""), (0x70A, "7F")]
 """A heartbeat, a transfer, a SYNC without data, and another heartbeat."""
-SPACED = [(can_id, " ".join(data[at : at + 2] for at in range(0, len(data), 2))) for can_id, data in FRAMES]
 SIDES = ("Rx", "Tx", "Rx", "Rx", "Rx")
-ZLG_KIND = {"Rx": "接收", "Tx": "发送"}
-
-
-def _numbered(form: str) -> str:
-    return "".join(
-        form.format(n=n, id=can_id, data=data, spaced=spaced, len=len(data) // 2, side=side, zh=ZLG_KIND[side])
-        for n, ((can_id, data), (_, spaced), side) in enumerate(zip(FRAMES, SPACED, SIDES, strict=True))
-    )
-
-
-def _savvy() -> str:
-    lines = ["Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8\n"]
-    for n, ((can_id, _), (_, spaced), side) in enumerate(zip(FRAMES, SPACED, SIDES, strict=True)):
-        cells = spaced.split()
-        lines.append(f"{166000000 + n * 1000},{can_id:08X},false,{side},0,{len(cells)},{','.join(cells)},\n")
-    return "".join(lines)
-
-
-TICKS = ["0x15A3F2", "无", "0x15A40F", "0x15A410", "0x15CB02"]
-
-
-def _lists(form: str, byte: str = "{}") -> str:
-    """Rows with their bytes as a list of numbers."""
-    lists = [", ".join(byte.format(value) for value in bytes.fromhex(data)) for _, data in FRAMES]
-    return "".join(
-        row.replace("LIST", data) + "\n" for row, data in zip(_numbered(form).split("\n"), lists, strict=False)
-    )
-
-
-def _json(**how: Any) -> str:
-    rows = [{"id": can_id, "dlc": len(data) // 2, "data": [*bytes.fromhex(data)]} for can_id, data in FRAMES]
-    return json.dumps(rows, **how) + "\n"
-
-
-def _zlg() -> str:
-    head = "序号\t传输方向\t时间标识\t帧ID\t帧格式\t帧类型\t数据长度\t数据(HEX)\n"
-    rows = _numbered("{n}\t{zh}\tTICK\t0x{id:08X}\t数据帧\t标准帧\t0x{len:02X}\t{spaced}\n").splitlines(keepends=True)
-    return head + "".join(row.replace("TICK", tick) for row, tick in zip(rows, TICKS, strict=True))
-
-
-LAYOUTS = {
-    "bare": _numbered("{id:03X} {spaced}\n"),
-    "with lengths": _numbered("{id:03X} {len} {spaced}\n"),
-    "with two digits of length": _numbered("{id:03X} {len:02X} {spaced}\n"),
-    "with a prefix": _numbered("0x{id:X} {len} {spaced}\n"),
-    "eight digits": _numbered("{id:08X} {len} {spaced}\n"),
-    "trace window": _numbered("0.00{n}000 CAN 1 {id:03X} {side} {len} {spaced}\n"),
-    "direction at the end": _numbered("can0 {id:03X} {len} {spaced} {n}.25 {side}\n"),
-    "printer": _numbered(
-        "Timestamp: {n}.500000    ID: {id:04x}    S {side}    DL: {len:2d}    {spaced}     Channel: can0\n"
-    ),
-    "printer in a log": _numbered(
-        "INFO root: Timestamp: {n}.5  ID: {id:04x}  S {side}  DL: {len}  {spaced}  Channel: can0\n"
-    ),
-    "semicolons": '"Time";"Identifier (hex)";"Format";"Flags";"Data (hex)"\n'
-    + _numbered('"00:30:0{n},866";"{id:03X}";"Std";"";"{spaced}"\n'),
-    "commas": '"Time","Identifier (hex)","Format","Flags","Data (hex)"\n'
-    + _numbered('"00:30:0{n}.866","{id:03X}","Std","","{spaced}"\n'),
-    "decimal identifiers": "Time (ms),ID (dec),DLC,Data\n" + _numbered("{n},{id},{len},{spaced}\n"),
-    "bars": "| Time | ID | DLC | Data |\n|---|---|---|---|\n" + _numbered("| 0.{n} | {id:03X} | {len} | {spaced} |\n"),
-    "wireshark": "No.     Time           Protocol Length ID         Data       Info\n"
-    + _numbered(
-        "      {n} 0.00{n}000000    CAN      32     {id} (0x{id:03x}) {data} ID: {id} (0x{id:03x}), Length: {len}\n"
-    ),
-    "wireshark's export": '"No.","Time","Protocol","Length","ID","Data"\n'
-    + _numbered('"{n}","0.00{n}","CAN","32","{id} (0x{id:03x})","{data}"\n'),
-    "savvycan": _savvy(),
-    "zlg": _zlg(),
-    "canpro": "序号,系统时间,时间标识,CAN通道,传输方向,ID号,帧类型,帧格式,长度,数据\n"
-    + _numbered('0000{n},="10:21:03.12{n}",0x0001A2B{n},ch1,{zh},0x0{id:03X},数据帧,标准帧,0x0{len},x| {spaced}\n'),
-    "slcan": _numbered("t{id:03X}{len}{data}\n"),
-    "a system's log": _numbered("Mar  2 10:11:1{n} host candump[123]:  can0  {id:03X}   [{len}]  {spaced}\n"),
-    "a robot's log": _numbered("[INFO] [1614679872.{n}00000000] [bus_node]: {id:03X} [{len}] {spaced}\n"),
-    "a library's log": _numbered("2021-03-02 10:11:12,34{n} DEBUG network {side} 0x{id:X}: {spaced}\n"),
-    "a console": _numbered("I (123{n}) TWAI: {side} id=0x{id:X} dlc={len} data={spaced}\n"),
-    "arrows": _numbered("-> 0x{id:X} [{spaced}]\n").replace("-> 0x80 []\n", "-> 0x80:\n"),
-    "names": _numbered("0.00{n} {id:03X} Name_{n} {side} {len} {spaced}\n"),
-    "joined": _numbered("0x{id:03X} {len} {data}\n"),
-    "commands": _numbered("$ cansend can0 {id:03X}#{data}\n"),
-    "numbers before it": _numbered(
-        "15:23:0{n}.000 DEBUG bus.py 12{n} {side} state=0x37 id=0x{id:X} dlc={len} data={spaced}\n"
-    ),
-    "labels with colons": _numbered("ID:0x{id:X} DLC:{len} DATA:{spaced}\n"),
-    "flags between": _numbered("CAN id: 0x{id:X}, ide: 0, rtr: 0, dlc: {len}, data: {spaced}\n"),
-    "data in brackets": _numbered("id=0x{id:X} dlc={len} data=[{spaced}]\n"),
-    "standard identifiers": _numbered("Standard ID: 0x{id:X}       DLC: {len}  Data: {spaced}\n"),
-    "one cell for the bytes": _numbered("0.00{n},{id:03X},{len},{spaced}\n"),
-    "joined in a cell": _numbered("0.00{n},{id:03X},{len},{data}\n"),
-    "joined without a length": _numbered("0.00{n},{id:03X},{data}\n"),
-    "spaced colons": _numbered("12:00:0{n}.000 --> {id:03X} : {spaced}\n"),
-    "other names": "timestamp,arb id,dlc,data_hex\n" + _numbered("0.00{n},0x{id:03X},{len},{data}\n"),
-    "numbered rows": _numbered("10{n} {id:03X} {len} {spaced}\n"),
-    "short identifiers": _numbered("{id:X}h {len} {spaced}\n"),
-    "half of the day": _numbered("3:23:0{n}.000 PM {id:03X} {side} {len} {spaced}\n"),
-    "a terminal's stamps": _numbered("15:23:0{n}.000 -> {id:03X} {len} {spaced}\n"),
-    "coloured": _numbered("\x1b[0;32mI (345{n}) CAN: {side} id=0x{id:x} len={len} data={spaced}\x1b[0m\n"),
-    "carriage returns": _numbered("t{id:03X}{len}{data}\r"),
-    "a stream": _numbered("< frame {id:X} {n}.500000 {data} >").replace("  >", " >") + "\n",
-    "wireshark without a column": _numbered("  {n} 0.00{n}000   CAN  32  STD: 0x{id:08x}   {spaced}\n").replace(
-        "0x00000080   \n", "0x00000080:\n"
-    ),
-    "socketcand": _numbered("< frame {id:X} {n}.500000 {spaced} >\n"),
-    "objects": _numbered('{{"time": 0.{n}, "id": "0x{id:X}", "data": "{data}"}}\n'),
-    "objects with lists": _lists('{{"arbitration_id": {id}, "is_extended_id": false, "dlc": {len}, "data": [LIST]}}\n'),
-    "objects with buffers": _lists('{{"canid":{id},"data":{{"type":"Buffer","data":[LIST]}}}}\n'),
-    "an array in one line": _json(),
-    "an array in many lines": _json(indent=2),
-    "dictionaries": _lists("{{'id': '0x{id:X}', 'dlc': {len}, 'data': [LIST]}}\n"),
-    "messages of a library": _lists(
-        "can.Message(timestamp={n}.5, arbitration_id=0x{id:x}, dlc={len}, data=[LIST])\n", "{:#x}"
-    ),
-    "initializers": _lists("{{0x{id:X}, {len}, {{LIST}}}},\n", "0x{:02X}"),
-    "initializers with names": _lists("{{ .can_id = 0x{id:X}, .can_dlc = {len}, .data = {{ LIST }} }},\n", "0x{:02X}"),
-    "structures": _lists("{{ID:{id} Length:{len} Data:[LIST]}}\n").replace(", ", " "),
-    "tags": _numbered('<frame id="0x{id:X}" dlc="{len}" data="{spaced}"/>\n'),
-    "wide signs": _numbered("［10：00：0{n}.000］ ID：0x{id:X}，DLC：{len}，数据：{spaced}\n"),
-    "a wide comma": _numbered("0.00{n}，{id:03X}，{len}，{spaced}\n"),
-    "a terminal's stamps before slcan": _numbered("[10:00:0{n}.000] t{id:03X}{len}{data}\n"),
-    "slcan with stamps": _numbered("t{id:03X}{len}{data}{n:04X}\n"),
-    "zlg without a heading": _numbered(
-        "0000000{n}  10:00:0{n}.000  0x0000{n}3E8  ch1  {zh}  0x{id:04X}  数据帧  标准帧  0x0{len}  {spaced}\n"
-    ),
-    "zlg between blanks": "序号 系统时间 时间标识 CAN通道 传输方向 ID号 帧类型 帧格式 长度 数据\n"
-    + _numbered("{n} 10:00:0{n}.0 0x{n}3E8 ch1 {zh} 0x{id:04X} 数据帧 标准帧 0x0{len} x| {spaced}\n"),
-    "a kernel's trace": _numbered("  <idle>-0 [000] d.h. 100.{n}00000: can_rx: can0 {id:03X} [{len}] {spaced}\n"),
-}
+LAYOUTS: dict[str, str] = json.loads((DATA / "layouts.json").read_text("utf-8"))
+"""These frames, as other programs list them."""
 
 
 def read(text: str | bytes, chunk: int = 0) -> list[dict[str, object]]:

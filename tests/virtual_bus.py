@@ -10,7 +10,6 @@ After what has an end comes a Ctrl-C. The traffic begins when somebody listens o
 
 from __future__ import annotations
 
-import io
 import logging
 import os
 import queue
@@ -19,6 +18,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 from canalyze.cli import main
 from canalyze.sources.bridge import library
@@ -33,30 +33,7 @@ CHANNEL = "bus"
 NODE = 9
 FLOOD = 20_000
 TEXT = "a text that takes several segments, and some more of them"
-EDS = f"""
-[DeviceInfo]
-[DummyUsage]
-{"".join(f"Dummy{number:04d}=0" + chr(10) for number in range(1, 8))}
-[MandatoryObjects]
-SupportedObjects=0
-[OptionalObjects]
-SupportedObjects=2
-1=0x1017
-2=0x1008
-[1017]
-ParameterName=Producer heartbeat time
-ObjectType=0x7
-DataType=0x0006
-AccessType=rw
-DefaultValue=0
-[1008]
-ParameterName=Manufacturer device name
-ObjectType=0x7
-DataType=0x0009
-AccessType=rw
-[ManufacturerObjects]
-SupportedObjects=0
-"""
+DESCRIPTION = Path(__file__).with_name("data") / "virtual_bus.eds"
 
 
 def frame(number: int) -> can.Message:
@@ -67,14 +44,11 @@ def frame(number: int) -> can.Message:
 def session() -> None:
     """A client configures a server, reads from it, and starts it."""
     logging.getLogger("canopen").setLevel(logging.CRITICAL)
-    description = io.StringIO(EDS)
-    description.name = "device.eds"
     servers, client = canopen.Network(), canopen.Network()
     for network in (servers, client):
         network.connect(interface="virtual", channel=CHANNEL)
-    server = servers.add_node(canopen.LocalNode(NODE, canopen.import_od(description, NODE)))
-    description.seek(0)
-    remote = client.add_node(canopen.RemoteNode(NODE, canopen.import_od(description, NODE)))
+    server = servers.add_node(canopen.LocalNode(NODE, canopen.import_od(str(DESCRIPTION), NODE)))
+    remote = client.add_node(canopen.RemoteNode(NODE, canopen.import_od(str(DESCRIPTION), NODE)))
     remote.sdo.RESPONSE_TIMEOUT = 10.0
     server.nmt.send_command(0)
     server.nmt.send_command(0x80)  # else its heartbeats begin with a second boot-up

@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 
 import canopen
 from network_nodes import U16, Drive
@@ -19,67 +20,7 @@ HEARTBEAT_MS, SYNC_S = 400, 0.2
 NAME = b"canalyze test drive, revision B"
 """Longer than four bytes: read in segments."""
 
-EXPECTED = f"""\
-[[state]]
-node = {DRIVE}
-state = "boot-up"
-
-[[state]]
-node = {IO}
-state = "operational"
-since = "boot-up"
-
-[[sdo]]
-node = {IO}
-object = "1017:00"
-direction = "download"
-value = {HEARTBEAT_MS}
-sequence = "configuration"
-
-[[sdo]]
-node = {IO}
-object = "1A00:00"
-direction = "download"
-value = 0
-sequence = "configuration"
-
-[[sdo]]
-node = {IO}
-object = "1A00:01"
-direction = "download"
-value = 0x64010110
-sequence = "configuration"
-
-[[sdo]]
-node = {IO}
-object = "1A00:00"
-direction = "download"
-value = 2
-sequence = "configuration"
-
-[[sdo]]
-node = {DRIVE}
-object = "1008:00"
-direction = "upload"
-value = "{NAME.decode()}"
-
-[[signal]]
-select = "{IO}.TPDO1.6401:01"
-min = 100
-max = 110
-
-[[heartbeat]]
-node = {IO}
-period_ms = {HEARTBEAT_MS}
-tolerance_ms = 350
-
-[[sync]]
-period_us = {SYNC_S * 1e6:.0f}
-tolerance_us = 150000
-
-[[emcy]]
-occurs = "never"
-"""
+EXPECTED = Path(__file__).with_name("scripted.expect.toml").read_text()
 """What the session without a change meets."""
 
 CHANGES = {

@@ -13,7 +13,6 @@ What it must not do: decode anything; the values in session.json are those the c
 
 from __future__ import annotations
 
-import io
 import json
 import subprocess
 import sys
@@ -55,127 +54,10 @@ NODE, BLOCK_NODE = 5, 6
 PATIENCE_S = 10.0
 """For an answer; python-canopen's 0.3 s are over where a machine stalls."""
 
-EDS = """
-[FileInfo]
-FileName=recorded.eds
-[DeviceInfo]
-VendorName=canalyze
-ProductName=recorded node
-[DummyUsage]
-Dummy0001=0
-Dummy0002=0
-Dummy0003=0
-Dummy0004=0
-Dummy0005=0
-Dummy0006=0
-Dummy0007=0
-[MandatoryObjects]
-SupportedObjects=3
-1=0x1000
-2=0x1001
-3=0x1018
-[1000]
-ParameterName=Device type
-ObjectType=0x7
-DataType=0x0007
-AccessType=ro
-DefaultValue=0x000F0191
-[1001]
-ParameterName=Error register
-ObjectType=0x7
-DataType=0x0005
-AccessType=ro
-DefaultValue=0x00
-[1018]
-ParameterName=Identity
-ObjectType=0x9
-SubNumber=2
-[1018sub0]
-ParameterName=Highest sub-index supported
-ObjectType=0x7
-DataType=0x0005
-AccessType=ro
-DefaultValue=1
-[1018sub1]
-ParameterName=Vendor-ID
-ObjectType=0x7
-DataType=0x0007
-AccessType=ro
-DefaultValue=0x00000301
-[OptionalObjects]
-SupportedObjects=3
-1=0x1008
-2=0x1014
-3=0x1017
-[1008]
-ParameterName=Manufacturer device name
-ObjectType=0x7
-DataType=0x0009
-AccessType=const
-DefaultValue=canalyze recorded node
-[1014]
-ParameterName=COB-ID EMCY
-ObjectType=0x7
-DataType=0x0007
-AccessType=ro
-DefaultValue=$NODEID+0x80
-[1017]
-ParameterName=Producer heartbeat time
-ObjectType=0x7
-DataType=0x0006
-AccessType=rw
-DefaultValue=0
-[ManufacturerObjects]
-SupportedObjects=6
-1=0x2000
-2=0x2001
-3=0x2002
-4=0x2003
-5=0x2004
-6=0x2005
-[2000]
-ParameterName=Position
-ObjectType=0x7
-DataType=0x0004
-AccessType=rw
-DefaultValue=0
-[2001]
-ParameterName=Speed
-ObjectType=0x7
-DataType=0x0006
-AccessType=rw
-DefaultValue=0xBEEF
-[2002]
-ParameterName=Mode
-ObjectType=0x7
-DataType=0x0002
-AccessType=rw
-DefaultValue=-3
-[2003]
-ParameterName=Counter
-ObjectType=0x7
-DataType=0x001B
-AccessType=rw
-DefaultValue=0x1122334455667788
-[2004]
-ParameterName=Recipe
-ObjectType=0x7
-DataType=0x000F
-AccessType=rw
-[2005]
-ParameterName=Key
-ObjectType=0x7
-DataType=0x0007
-AccessType=wo
-DefaultValue=0
-"""
-
 
 def description() -> canopen.ObjectDictionary:
-    """The object dictionary of the node; python-canopen wants a stream with a name."""
-    stream = io.StringIO(EDS)
-    stream.name = "recorded.eds"
-    return canopen.import_od(stream, NODE)
+    """The object dictionary of the node."""
+    return canopen.import_od(str(Path(__file__).with_name("recorded.eds")), NODE)
 
 
 class Client:
