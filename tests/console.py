@@ -16,8 +16,8 @@ the first section of a file is done at the beginning of each:
     [1]
 
 `canalyze` runs in English, in a fork; what else there is runs in a shell. `<FILE` is the standard input, NAME=VALUE
-before the command a variable, `| pick [KEY=VALUE...] KEY...` shows these keys of JSON lines that have these values, and
-`[1]` is the exit code of the command, where that is not 0.
+before the command a variable (FOLDER in it is where it runs), `| pick [KEY=VALUE...] KEY...` shows these keys of the
+JSON lines that have these values, and `[1]` is the exit code of the command, where that is not 0.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ def _answer(step: Step, folder: Path) -> list[str]:
     line, *filters = step.line.split(" | ")
     env = {"CANALYZE_LANG": "en", "XDG_CONFIG_HOME": os.devnull}
     while match := _VARIABLE.match(line):
-        env[match[1]] = match[2]
+        env[match[1]] = match[2].replace("FOLDER", str(folder))
         line = line[match.end() :]
     if line.startswith("canalyze"):
         line, _, name = line.partition(" <")

@@ -8,7 +8,7 @@ from __future__ import annotations
 import canopen
 
 from canalyze.dictionary import read
-from canalyze.dictionary.model import Dictionary, Value
+from canalyze.dictionary.model import Dictionary
 
 LISTS = "[OptionalObjects]\nSupportedObjects=1\n1=0x2000\n"
 """Three lines before each text: the lists of a file whose only object is 2000h."""
@@ -19,27 +19,9 @@ def load(text: str, node: int | None = None) -> Dictionary:
     return read((LISTS + text).encode(), "x.eds", node)
 
 
-def variable(**keys: object) -> Dictionary:
-    """Read an object 2000h, an UNSIGNED32 unless the keys say otherwise; keys begin on line 5."""
-    given = {"ParameterName": "x", "DataType": "7", "AccessType": "rw"} | keys
-    return load("[2000]\n" + "".join(f"{key}={value}\n" for key, value in given.items()))
-
-
 def codes(found: Dictionary) -> list[tuple[int, str]]:
     """The defects, by line."""
     return [(defect.line, defect.code) for defect in found.defects]
-
-
-def default(found: Dictionary, index: int = 0x2000, sub: int = 0) -> Value | None:
-    entry = found.entry(index, sub)
-    assert entry is not None
-    return entry.default
-
-
-def name(found: Dictionary, index: int = 0x2000, sub: int = 0) -> str:
-    entry = found.entry(index, sub)
-    assert entry is not None
-    return entry.name
 
 
 def pdos(found: Dictionary, node: int) -> list[tuple[object, ...]]:

@@ -15,7 +15,6 @@ import pytest
 from captures import EDS, SAMPLES, SHARED, CanFrame, Row, log_text, read_log, run_canalyze
 from conftest import Runner
 from network import echoed_late, jittered
-from test_diagnosis import lost
 from test_network_clean import MASTERS, frames_of
 from test_stacks import console_form
 
@@ -245,88 +244,7 @@ def test_too_much_load_is_a_finding(tmp_path: Path) -> None:
     assert not failed(REMAPPED, file)
 
 
-def test_the_file_beside_a_capture_is_used(canalyze: Runner, tmp_path: Path) -> None:
-    capture = tmp_path / "boot.log"
-    capture.write_bytes(REMAPPED.read_bytes())
-    done = canalyze("expect", "--lang", "en", "boot.log", "-o", "boot.expect.toml")
-    assert (done.code, done.out, done.err) == (0, "", "")
-    assert canalyze("check", "boot.log").code == 0
-    with (tmp_path / "boot.expect.toml").open("a") as file:
-        file.write('\n[[sdo]]\nnode = 8\nobject = "1017:00"\n')
-    done = canalyze("check", "--lang", "en", "boot.log")
-    assert done.code == 1 and "EXP001" in done.out and "boot.expect.toml:" in done.out
-    assert canalyze("check", "--no-expect", "boot.log").code == 0
-    done = canalyze("check", "--expect", "boot.expect.toml", "--no-expect", "boot.log")
-    assert done.code == 2 and done.err.count("\n") == 1
-
-
-def test_a_mistake_beside_one_capture_does_not_hide_the_others(canalyze: Runner, tmp_path: Path) -> None:
-    for name in ("one", "two"):
-        (tmp_path / f"{name}.log").write_bytes(REMAPPED.read_bytes())
-    (tmp_path / "one.expect.toml").write_text("[[sdo]]\nnode = 500\n")
-    done = canalyze("check", "--lang", "en", "one.log", "two.log")
-    assert done.code == 2
-    assert "one.expect.toml:2: key sdo.node: 500 is not a node-ID" in done.err
-    assert "two.log, 252 frames: clean" in done.out
-
-
-def test_a_mistake_in_the_named_file_is_said_once(canalyze: Runner, tmp_path: Path) -> None:
-    for name in ("one", "two"):
-        (tmp_path / f"{name}.log").write_bytes(REMAPPED.read_bytes())
-    (tmp_path / "all.toml").write_text("[[sdo]]\nnode = 500\n")
-    done = canalyze("check", "--lang", "en", "--expect", "all.toml", "one.log", "two.log")
-    assert (done.code, done.out) == (2, "")
-    assert done.complaints == ["canalyze: all.toml:2: key sdo.node: 500 is not a node-ID, 1 to 127"]
-
-
-def test_a_draft_comes_of_a_pipe_too(canalyze: Runner) -> None:
-    done = canalyze("expect", "-", stdin=REMAPPED.read_bytes())
-    assert done.code == 0 and "[[sdo]]" in done.out
-
-
 def test_what_is_no_capture_leaves_no_file(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "empty.log").write_bytes(b"")
     done = canalyze("expect", "empty.log", "-o", "empty.expect.toml")
     assert done.code == 2 and not (tmp_path / "empty.expect.toml").exists()
-
-
-def test_a_capture_with_findings_is_named(canalyze: Runner, tmp_path: Path) -> None:
-    (tmp_path / "bad.log").write_bytes((SAMPLES / "rules" / "HBT003.log").read_bytes())
-    done = canalyze("expect", "--lang", "en", "bad.log")
-    assert done.code == 0 and "HBT003" in done.err and "HBT003" in done.out
-
-
-def test_problems_of_a_draft(canalyze: Runner, tmp_path: Path) -> None:
-    """What was seen may occur; in a capture without it nothing fails; what was not seen fails with its frame."""
-    (tmp_path / "lost.log").write_bytes(lost(20))
-    (tmp_path / "well.log").write_bytes(lost(40))
-    assert canalyze("expect", "--lang", "en", "lost.log", "-o", "lost.toml").code == 0
-    assert canalyze("expect", "--lang", "en", "well.log", "-o", "well.toml").code == 0
-    for capture, file in (("lost.log", "lost.toml"), ("well.log", "well.toml")):
-        assert not failed(tmp_path / capture, tmp_path / file)
-    (row,) = (row for row in failed(tmp_path / "lost.log", tmp_path / "well.toml") if row["code"] == "EXP018")
-    assert (row["about_frame"], row["node"], row["facts"]["found"]) == (
-        *(39, 5),
-        [{"problem": "node-silent", "frame": 39}],
-    )
-
-
-@pytest.mark.parametrize("lang", ["zh", "en"])
-def test_a_mistake_about_a_problem_is_one_line(canalyze: Runner, tmp_path: Path, lang: str) -> None:
-    (tmp_path / "well.log").write_bytes(lost(40))
-    (tmp_path / "all.toml").write_text('\n[[problem]]\nkind = "node-silnt"\noccurs = 0\n')
-    done = canalyze("check", "--lang", lang, "--expect", "all.toml", "well.log")
-    assert (done.code, done.out) == (2, "")
-    (said,) = done.complaints
-    assert said.startswith("canalyze: all.toml:3") and "node-silent" in said
-
-
-def test_problems_are_judged_and_not_listed_by_expectations_alone(canalyze: Runner, tmp_path: Path) -> None:
-    (tmp_path / "lost.log").write_bytes(lost(20))
-    (tmp_path / "all.toml").write_text('[[problem]]\nkind = "node-silent"\nnode = 5\noccurs = 1\n')
-    for command in (("check", "--fail-on", "never", "--format", "jsonl"), ("decode", "--format", "jsonl")):
-        options = ("--expect", "all.toml") if command[0] == "check" else ()
-        done = canalyze(*command, *options, "lost.log")
-        assert done.code == 0 and '"problem"' not in done.out
-    done = canalyze("check", "--expect", "all.toml", "--problems", "never", "--format", "jsonl", "lost.log")
-    assert '"kind":"problem"' in done.out and "EXP" not in done.out

@@ -20,6 +20,13 @@ def test_rules_lists_the_catalogue(canalyze: Runner) -> None:
     assert all(rule["severity"] in {"error", "warning", "info"} for rule in objects)
 
 
+def test_every_rule_is_explained() -> None:
+    for rule in _core.rules("en"):
+        for name in (rule.code, rule.code.lower()):
+            said = _core.explain(name, "en")
+            assert said is not None and rule.meaning in said and rule.cause in said
+
+
 @pytest.mark.parametrize("lang", ["zh", "en"])
 def test_rules_are_told_apart_by_their_titles(lang: str) -> None:
     titles = [rule.message for rule in _core.rules(lang)]

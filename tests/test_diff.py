@@ -5,7 +5,6 @@ The faults are those of the tables by which the rules are proved. What it must n
 
 from __future__ import annotations
 
-import json
 import random
 from collections.abc import Callable
 from dataclasses import replace
@@ -337,47 +336,3 @@ def test_a_value_that_is_written() -> None:
     (row,) = said.differences
     assert (row["what"], row["index"], row["sub"], row["direction"]) == ("value", "1017", 0, "download")
     assert (row["a"]["frame"], row["b"]["frame"]) == (1, 1)
-
-
-@pytest.fixture
-def two(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    frames = list(of_network.clean_frames("states"))
-    (tmp_path / "a.log").write_bytes(log_text(frames))
-    (tmp_path / "b.log").write_bytes(log_text([frame for frame in frames if frame.can_id != 0x706]))
-    (tmp_path / "none.log").write_bytes(b"")
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-def test_exit_codes(two: Path, canalyze: Runner) -> None:
-    assert canalyze("diff", "a.log", "a.log").code == 0
-    assert canalyze("diff", "a.log", "b.log").code == 1
-    for wrong in (["a.log"], ["a.log", "a.log", "a.log"], ["a.log", "none.log"], ["a.log", "missing.log"], ["-", "-"]):
-        done = canalyze("diff", *wrong)
-        assert (done.code, done.out) == (2, ""), wrong
-        assert done.err.count("\n") == 1, done.err
-    for option in (["--tolerance", "x"], ["--tolerance=-1"], ["--bus", "can0"]):
-        assert canalyze("diff", "a.log", "b.log", *option).code == 2
-
-
-def test_a_bus_that_is_not_there_is_a_mistake(two: Path, canalyze: Runner) -> None:
-    """It would be passed over, and the buses matched as if nothing had been said."""
-    done = canalyze("diff", "--lang", "en", "a.log", "b.log", "--bus", "can0=can7")
-    assert (done.code, done.out) == (2, "")
-    assert "capture B has no bus can7; it has: can0" in done.err
-
-
-@pytest.mark.parametrize(("lang", "words"), [("en", ("first difference", "node 6")), ("zh", ("首处差异", "节点6"))])
-def test_report(two: Path, canalyze: Runner, lang: str, words: tuple[str, str]) -> None:
-    done = canalyze("diff", "--lang", lang, "a.log", "b.log")
-    assert done.lines[0].startswith(words[0]) and words[1] in done.lines[1]
-    marked = [line for line in done.lines if line.startswith(("  A >", "  B >"))]
-    assert len(marked) == 2 and " 706 " in marked[0]
-
-
-def test_filter_and_jsonl(two: Path, canalyze: Runner) -> None:
-    assert canalyze("diff", "--filter", "node=5", "a.log", "b.log").code == 0
-    done = canalyze("diff", "--format", "jsonl", "a.log", "b.log")
-    rows = [json.loads(line) for line in done.lines]
-    assert [row["kind"] for row in rows] == ["difference", "difference", "diff"]
-    assert [(row["what"], row["node"], row["b"]) for row in rows[:-1]] == [("state", 6, None), ("frames", 6, None)]
