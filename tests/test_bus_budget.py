@@ -21,34 +21,8 @@ MOST = 64
 START_US = 1_700_000_000_000_000
 
 
-def log(path: Path, buses: range) -> Path:
-    path.write_text("".join(f"({1_700_000_000 + n}.{n:06}) can{n} 705#05\n" for n in buses))
-    return path
-
-
 def frames(done: Any) -> list[dict[str, Any]]:
     return [row for row in map(json.loads, done.out.splitlines()) if row["kind"] == "frame"]
-
-
-def test_frames_of_further_buses_are_passed_over_and_counted(canalyze: Runner, tmp_path: Path) -> None:
-    text = log(tmp_path / "many.log", range(70)).read_text().splitlines()
-    done = canalyze("convert", "--to", "candump", "--lang", "en", "many.log", "-")
-    assert done.out.splitlines() == text[:MOST]
-    assert "6 lines cannot be read: 65-70\n" in done.err
-    assert f"many.log: more than {MOST} buses; 6 frames on the others skipped\n" in done.err
-    info = json.loads(canalyze("info", "--format", "jsonl", "many.log").out.splitlines()[0])
-    assert (info["frames"], len(info["buses"])) == (MOST, MOST)
-    assert info["unreadable"] == {"count": 6, "first_line": 65, "first_offset": None, "further_buses": 6}
-    assert "too many buses" in canalyze("info", "--lang", "en", "many.log").out
-    checked = canalyze("check", "--lang", "en", "many.log")
-    assert checked.code == 1
-    assert "6 lines cannot be read, 6 of them on buses beyond the limit" in checked.out
-
-
-def test_as_many_as_are_kept_apart_say_nothing(canalyze: Runner, tmp_path: Path) -> None:
-    text = log(tmp_path / "enough.log", range(MOST)).read_text()
-    done = canalyze("convert", "--to", "candump", "enough.log", "-")
-    assert (done.out, done.err) == (text, "")
 
 
 def test_sessions_of_further_buses_do_not_mix(canalyze: Runner, tmp_path: Path) -> None:
@@ -66,16 +40,6 @@ def test_sessions_of_further_buses_do_not_mix(canalyze: Runner, tmp_path: Path) 
     assert {row["code"] for row in rows if row["kind"] == "finding"} == {"CAP001"}
     transfers = [json.loads(row) for row in canalyze("sdo", "--format", "jsonl", "many.log").out.splitlines()]
     assert [row["status"] for row in transfers if row["kind"] == "transfer"] == ["ok"] * MOST
-
-
-def test_files_that_are_joined_share_the_budget(canalyze: Runner, tmp_path: Path) -> None:
-    log(tmp_path / "a.log", range(40))
-    log(tmp_path / "b.log", range(30, 70))
-    done = canalyze("decode", "--merge", "--lang", "en", "--format", "jsonl", "a.log", "b.log")
-    rows = frames(done)
-    assert len({row["bus"] for row in rows}) == MOST
-    assert len(rows) == 80 - 6
-    assert f"more than {MOST} buses" in done.err
 
 
 Writer = Callable[[Path, Iterable[int]], None]
@@ -156,15 +120,3 @@ def test_live_buses() -> None:
     rows = [json.loads(row) for row in out.splitlines()]
     assert [row["bus"] for row in rows if row["kind"] == "frame"] == [f"can{n}" for n in range(MOST)]
     assert [row["facts"] for row in rows if row.get("code") == "CAP001"] == [{"lines": 6, "further_buses": 6}]
-
-
-@pytest.mark.parametrize("options", [(), ("--merge",)])
-def test_a_file_of_further_buses_alone_is_no_file_without_frames(
-    canalyze: Runner, tmp_path: Path, options: tuple[str, ...]
-) -> None:
-    log(tmp_path / "a.log", range(MOST))
-    log(tmp_path / "b.log", range(MOST, 70))
-    done = canalyze("decode", *options, "--lang", "en", "--format", "jsonl", "a.log", "b.log")
-    assert (done.code, len(frames(done))) == (0, MOST)
-    assert f"b.log: more than {MOST} buses; 6 frames on the others skipped\n" in done.err
-    assert "no CAN frame" not in done.err

@@ -26,7 +26,7 @@ import pyarrow.ipc
 import pyarrow.parquet as pq
 import pytest
 from captures import EDS, SAMPLES, Row, decoded, described, run_canalyze
-from conftest import Runner, command, environment
+from conftest import command, environment
 from test_columns_names import mapped
 
 from canalyze import _core
@@ -40,8 +40,6 @@ from canalyze.running.options import SessionOptions
 
 NETWORK = SAMPLES / "network" / "sync-and-pdos.log"
 DRIVE = f"5={EDS / 'drive.eds'}"
-NONE = "__HIVE_DEFAULT_PARTITION__"
-US = 1000
 
 
 def export(out: Path, *arguments: str | Path, capture: Path = NETWORK) -> Path:
@@ -402,14 +400,6 @@ def test_one_file_of_each_kind(table: str, lake: Path, tmp_path: Path) -> None:
                 assert shown == value
 
 
-def test_data_of_csv_without_any_bytes(tmp_path: Path) -> None:
-    path = tmp_path / "few.log"
-    path.write_text("(1700000000.0) can0 080#\n(1700000000.1) can0 701#05\n(1700000000.2) can0 080#\n")
-    export(tmp_path / "few.csv", capture=path)
-    lines = csv.DictReader(io.StringIO((tmp_path / "few.csv").read_text()))
-    assert [line["data"] for line in lines] == ["", "05", ""]
-
-
 def test_few_files_are_open_at_once(lake: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was written in pieces is put together: one file each, with the same rows."""
     monkeypatch.setattr("canalyze.exporting.export._OPEN", 1)
@@ -418,64 +408,6 @@ def test_few_files_are_open_at_once(lake: Path, tmp_path: Path, monkeypatch: pyt
     assert files(out) == files(lake)
     for path in files(out):
         assert pq.read_table(out / path).equals(pq.read_table(lake / path)), path
-
-
-def test_only_what_is_asked_for(tmp_path: Path) -> None:
-    out = export(
-        tmp_path / "some", "--table", "findings", "--table", "signals", "--eds", DRIVE, "--select", "5.TPDO4.*"
-    )
-    found = {"/".join(Path(path).parts[:2]) for path in files(out)}
-    assert found == {*(f"{table}/date=2026-11-21" for table in ("captures", "catalog", "findings"))} | {
-        "signals/message=TPDO4_drive"
-    }
-    filtered = export(tmp_path / "x.parquet", "--filter", "service=sync")
-    assert set(pq.read_table(filtered).column("service").to_pylist()) == {"sync"}
-
-
-def test_an_empty_capture_leaves_nothing(canalyze: Runner, tmp_path: Path) -> None:
-    (tmp_path / "empty.log").write_bytes(b"")
-    for out in ("lake", "x.parquet"):
-        assert canalyze("export", "--lang", "en", "empty.log", "-o", out).code == 2
-    assert [path.name for path in tmp_path.iterdir()] == ["empty.log"]
-
-
-def test_what_exists_is_kept(canalyze: Runner, tmp_path: Path) -> None:
-    done = canalyze("export", "--lang", "en", "--eds", DRIVE, str(NETWORK), "-o", "lake")
-    assert (done.code, done.out, done.err) == (0, "", "")
-    before = {path: (tmp_path / "lake" / path).read_bytes() for path in files(tmp_path / "lake")}
-    again = canalyze("export", "--lang", "en", str(NETWORK), "-o", "lake")
-    assert again.code == 2
-    assert "sync-and-pdos.parquet: file exists; use --force to overwrite" in again.err
-    assert before == {path: (tmp_path / "lake" / path).read_bytes() for path in files(tmp_path / "lake")}
-    assert canalyze("export", "--lang", "en", "--capture", "other", str(NETWORK), "-o", "lake").code == 0
-    assert canalyze("export", "--lang", "en", "--force", str(NETWORK), "-o", "lake").code == 0
-    left = files(tmp_path / "lake")
-    assert "signals/message=TPDO4_drive" not in {"/".join(Path(path).parts[:2]) for path in left if "other" not in path}
-    assert any(path.startswith(f"frames/date=2026-11-21/device={NONE}/") for path in left)
-    assert len([path for path in left if path.startswith("frames")]) == 2
-    (tmp_path / "x.csv").write_text("mine")
-    assert canalyze("export", "--lang", "en", str(NETWORK), "-o", "x.csv").code == 2
-    assert (tmp_path / "x.csv").read_text() == "mine"
-    assert canalyze("export", "--lang", "en", str(NETWORK), "-o", "x.csv", "--force").code == 0
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["x.log"], "no output given; use -o DIR or -o frames.parquet"),
-        (["x.log", "-o", "x.xlsx"], "file name x.xlsx does not show the format; it may end in .parquet .arrow .csv"),
-        (["x.log", "-o", "-"], "file name - does not show the format"),
-        (["x.log", "-o", "x.csv", "--table", "frames", "--table", "emcy"], "x.csv: a file holds one table"),
-        (["x.log", "-o", "x.csv", "--table", "signals"], "x.csv: signals is one table per message"),
-        (["x.log", "-o", "x", "--capture", "../y"], "option --capture ../y: only letters"),
-        (["x.log", "-o", "x", "--table", "pdo"], "frames, signals, objects"),
-    ],
-)
-def test_usage(canalyze: Runner, arguments: list[str], said: str) -> None:
-    done = canalyze("export", "--lang", "en", *arguments)
-    assert done.code == 2
-    assert said in done.err
-    assert done.err.count("\n") == 1
 
 
 def test_names() -> None:
@@ -495,17 +427,6 @@ def test_pyarrow_is_an_extra(tmp_path: Path) -> None:
     said = b"canalyze: pyarrow is needed and not installed: pip install 'canalyze[parquet]'\n"
     assert (done.returncode, done.stderr) == (2, said)
     assert not list(tmp_path.iterdir())
-
-
-def test_what_cannot_be_written(canalyze: Runner, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    done = canalyze("export", "--lang", "en", str(NETWORK), "-o", "file/lake")
-    assert done.code == 2
-    assert done.err.startswith("canalyze: ")
-    assert "cannot write" in done.err
-    assert done.err.count("\n") == 1
-    done = canalyze("export", "--lang", "en", str(NETWORK), "-o", "no/x.parquet")
-    assert (done.code, done.err.count("\n")) == (2, 1)
 
 
 def running(folder: Path, out: str, *source: str) -> subprocess.Popen[bytes]:

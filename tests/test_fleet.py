@@ -73,19 +73,6 @@ def manifests(out: Path, action: str = "check") -> dict[str, dict[str, Any]]:
 # The command.
 
 
-def test_every_capture_is_done_and_reported(canalyze: Runner, mixed: Path, tmp_path: Path) -> None:
-    done = canalyze("fleet", "check", "captures", "-o", "out", "--lang", "en", "--html")
-    assert done.code == 3, done
-    assert done.err == ""
-    found = manifests(tmp_path / "out")
-    assert set(found) == {"clean.log", "toggle.log", "sync.log", "heartbeat.log", "broken.log"}
-    assert {name for name, row in found.items() if row["failed"]} == {"broken.log"}
-    assert {name: row["findings"] for name, row in found.items() if row["findings"]} == {"toggle.log": 1, "sync.log": 1}
-    assert "1 capture failed:" in done.lines and any("broken.log: " in line for line in done.lines)
-    assert done.lines[-1].startswith("5 captures done, 0 of them before; reports in out: check.txt, check.jsonl")
-    assert not any("> " in line for line in done.lines)  # single frames are in the report
-
-
 def test_reports_are_those_of_check(canalyze: Runner, mixed: Path, tmp_path: Path) -> None:
     canalyze("fleet", "check", "captures", "-o", "out", "--lang", "en")
     names = ["captures/broken.log", "captures/clean.log", "captures/sync.log", "captures/toggle.log"]
@@ -106,49 +93,6 @@ def test_reports_are_those_of_check(canalyze: Runner, mixed: Path, tmp_path: Pat
     assert cases[0] == cases[1]
 
 
-@pytest.mark.parametrize(("names", "code"), [(("clean",), 0), (("clean", "toggle"), 1), (("toggle", "broken"), 3)])
-def test_exit_codes(canalyze: Runner, mixed: Path, names: tuple[str, ...], code: int) -> None:
-    files = [f"captures/{name}.log" for name in names]
-    assert canalyze("fleet", "check", *files, "-o", "out").code == code
-    assert canalyze("fleet", "check", *files, "-o", "out").code == code  # of what was done before, too
-
-
-@pytest.mark.parametrize(
-    ("args", "said"),
-    [
-        (["check", "captures"], "-o"),
-        (["check", "-o", "out"], "SOURCE"),
-        (["summary", "captures", "-o", "out", "--fail-on", "error"], "--fail-on"),
-        (["check", "captures", "-o", "out", "--table", "frames"], "--table"),
-        (["export", "captures", "-o", "out", "--device-from", "no group"], "--device-from"),
-        (["check", "captures", "-o", "out", "--shard", "5/4"], "--shard 5/4"),
-        (["check", "captures", "-o", "out", "--on", "spark"], "--on spark"),
-        (["check", "nowhere", "-o", "out"], "nowhere"),
-        (["check", "captures/*.nothing", "-o", "out"], "nothing"),
-        (["check", "captures", "-o", "captures/clean.log"], "clean.log"),
-    ],
-)
-def test_what_cannot_be_is_one_line(canalyze: Runner, mixed: Path, args: list[str], said: str) -> None:
-    done = canalyze("fleet", *args, "--lang", "en")
-    assert (done.code, done.out, len(done.complaints)) == (2, "", 1), done
-    assert said in done.err and "Traceback" not in done.err
-
-
-def test_summary_in_figures(canalyze: Runner, mixed: Path, tmp_path: Path) -> None:
-    done = canalyze("fleet", "summary", "captures", "-o", "out", "--lang", "en")
-    assert done.code == 3
-    (row,) = [line.split() for line in done.lines if "toggle.log" in line]
-    assert row == ["captures/toggle.log", "8", "0.0", "1", "2", "-", "1"]
-    assert any(line.split()[:2] == ["SDO001", "toggle-bit"] for line in done.lines)
-    alone = canalyze("summary", "captures/toggle.log", "--format", "jsonl", "--lang", "en")
-    rows = [json.loads(line) for line in (tmp_path / "out/summary.jsonl").read_text().splitlines()]
-    mine = [
-        {key: row[key] for key in row if key != "capture"} for row in rows if row["capture"] == "captures/toggle.log"
-    ]
-    assert mine == [json.loads(line) for line in alone.lines]
-    assert [row["reason"] for row in rows if row["kind"] == "failed"] == ["unreadable"]
-
-
 def test_the_page_holds_what_was_found_and_loads_nothing(canalyze: Runner, mixed: Path, tmp_path: Path) -> None:
     (mixed / "toggle.log").rename(mixed / "<b>toggle.log")
     canalyze("fleet", "check", "captures", "-o", "out", "--lang", "en", "--html")
@@ -159,58 +103,7 @@ def test_the_page_holds_what_was_found_and_loads_nothing(canalyze: Runner, mixed
     assert re.search(r'content="default-src \'none\'; style-src \'sha256-[^;]+\'; base-uri', page)
 
 
-def test_what_is_in_the_results_is_no_capture(canalyze: Runner, mixed: Path) -> None:
-    first = canalyze("fleet", "check", "captures", "-o", "captures/out", "--lang", "en")
-    assert canalyze("fleet", "check", "captures", "-o", "captures/out", "--lang", "en").lines[:-1] == first.lines[:-1]
-
-
 # Again.
-
-
-def again(canalyze: Runner, *args: str) -> str:
-    """How many captures were done before."""
-    return canalyze("fleet", "check", "captures", "-o", "out", "--lang", "en", *args).lines[-1].split(";")[0]
-
-
-def test_a_run_again_does_only_what_is_new_or_changed(canalyze: Runner, mixed: Path, tmp_path: Path) -> None:
-    assert again(canalyze) == "5 captures done, 0 of them before"
-    assert again(canalyze) == "5 captures done, 5 of them before"
-    (mixed / "new.log").write_text(NOTES)
-    with (mixed / "clean.log").open("a") as file:
-        file.write("(2.000000) can0 705#05\n")
-    assert again(canalyze) == "6 captures done, 4 of them before"
-    assert manifests(tmp_path / "out")["clean.log"]["frames"] == 9
-    assert again(canalyze, "--force") == "6 captures done, 0 of them before"
-
-
-@pytest.mark.parametrize(
-    "option", [["--fail-on", "error"], ["--filter", "node=5"], ["--ignore", "SDO"], ["--lang", "zh"]]
-)
-def test_other_options_are_other_work(canalyze: Runner, mixed: Path, tmp_path: Path, option: list[str]) -> None:
-    again(canalyze)
-    before = manifests(tmp_path / "out")
-    canalyze("fleet", "check", "captures", "-o", "out", "--lang", "en", *option)
-    after = manifests(tmp_path / "out")
-    assert all(after[name]["settings"] != before[name]["settings"] for name in before)
-
-
-def test_what_options_name_is_part_of_the_work(canalyze: Runner, mixed: Path, tmp_path: Path) -> None:
-    canalyze("check", "captures/toggle.log", "--baseline", "known.json", "--update-baseline")
-    (tmp_path / "drive.eds").write_bytes((TESTS.parent / "eds/drive.eds").read_bytes())
-    options = ["--baseline", "known.json", "--eds", "5=drive.eds"]
-    assert again(canalyze, *options) == "5 captures done, 0 of them before"
-    assert again(canalyze, *options) == "5 captures done, 5 of them before"
-    with (tmp_path / "drive.eds").open("a") as file:
-        file.write("\n; changed\n")
-    assert again(canalyze, *options) == "5 captures done, 0 of them before"
-    canalyze("check", "captures/clean.log", "--baseline", "known.json", "--update-baseline")
-    assert again(canalyze, *options) == "5 captures done, 0 of them before"
-
-
-def test_expectations_beside_a_capture_are_part_of_it(canalyze: Runner, mixed: Path, tmp_path: Path) -> None:
-    again(canalyze)
-    (mixed / "clean.expect.toml").write_text('[[node]]\nnode = 99\nstate = "operational"\n')
-    assert again(canalyze) == "5 captures done, 4 of them before"
 
 
 def test_other_versions_are_other_work(mixed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -233,19 +126,6 @@ def test_a_file_that_was_only_touched_is_not_done_again(mixed: Path, tmp_path: P
     after = manifests(tmp_path / "out")
     assert after["clean.log"]["stamp"] != before["clean.log"]["stamp"]
     assert {**after["clean.log"], "stamp": ""} == {**before["clean.log"], "stamp": ""}  # seconds, too
-
-
-def test_failures_stay_until_they_are_asked_for(canalyze: Runner, mixed: Path) -> None:
-    assert again(canalyze) == "5 captures done, 0 of them before"
-    assert again(canalyze, "--retry") == "5 captures done, 4 of them before"
-
-
-def test_a_manifest_that_is_none_is_written_anew(canalyze: Runner, mixed: Path, tmp_path: Path) -> None:
-    again(canalyze)
-    (broken, *_) = sorted((tmp_path / "out/_manifest/check").glob("*.json"))
-    broken.write_text('{"half": ')
-    assert again(canalyze) == "5 captures done, 4 of them before"
-    assert len(manifests(tmp_path / "out")) == 5
 
 
 def test_shards_are_complete_and_disjoint(canalyze: Runner, mixed: Path, tmp_path: Path) -> None:
