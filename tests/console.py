@@ -2,7 +2,7 @@
 
     python tests/console.py [FILE...]     # runs them again and writes what is answered today; read the diff
 
-Each section is a test of its own, which begins in an empty folder with links to `samples` and `eds`; what stands before
+Each section is a test of its own, which begins in a folder with links to `samples`, `eds` and `data`; what comes before
 the first section of a file is done at the beginning of each:
 
     == title
@@ -107,8 +107,8 @@ def answered(beginning: list[Step], session: list[Step]) -> list[Step]:
     """Returns the session with the answers of today."""
     with tempfile.TemporaryDirectory(prefix="canalyze-") as name:
         folder = Path(name)
-        for linked in ("samples", "eds"):
-            (folder / linked).symlink_to(_ROOT / linked)
+        for linked in ("samples", "eds", "tests/data"):
+            (folder / Path(linked).name).symlink_to(_ROOT / linked)
         for step in beginning:
             assert _answer(step, folder) == [], step.line
         return [Step(step.line, step.comment, step.given, _answer(step, folder)) for step in session]

@@ -59,38 +59,11 @@ def test_colours_on_a_terminal(tmp_path: Path, env: dict[str, str], coloured: bo
     assert (code, b"\x1b[" in shown) == (0, coloured)
 
 
-@pytest.mark.parametrize(
-    ("env", "coloured"),
-    [({}, False), ({"FORCE_COLOR": "1"}, True), ({"CLICOLOR_FORCE": "1"}, True), ({"FORCE_COLOR": "0"}, False)],
-)
-def test_colours_in_a_pipe_are_forced(canalyze: Runner, env: dict[str, str], coloured: bool) -> None:
-    assert ("\x1b" in canalyze("decode", PROBLEMS, env=env).out) == coloured
-
-
-def test_the_option_goes_before_the_environment(canalyze: Runner, tmp_path: Path) -> None:
-    assert "\x1b" in canalyze("decode", "--color", "always", PROBLEMS, env={"NO_COLOR": "1"}).out
-    assert "\x1b" not in canalyze("decode", "--color", "never", PROBLEMS, env={"FORCE_COLOR": "1"}).out
-    files = [tmp_path / name for name in ("forced.txt", "always.txt")]
-    canalyze("decode", "-o", str(files[0]), PROBLEMS, env={"FORCE_COLOR": "1"})
-    canalyze("decode", "-o", str(files[1]), "--color", "always", PROBLEMS)
-    assert ["\x1b" in file.read_text() for file in files] == [False, True]
-
-
-@pytest.mark.parametrize(("command", "form"), [("decode", "jsonl"), ("sdo", "csv"), ("check", "jsonl")])
-def test_machine_output_has_no_colours(canalyze: Runner, command: str, form: str) -> None:
-    assert "\x1b" not in canalyze(command, "--format", form, "--color", "always", PROBLEMS).out
-
-
 def test_findings_have_the_colour_of_their_severity(canalyze: Runner) -> None:
     lines = canalyze("decode", "--lang", "en", "--color", "always", PROBLEMS).lines
     for severity in SEVERITIES:
         found = [line for line in lines if re.search(rf"[A-Z]{{3}}[0-9]{{3}} {severity}:", line)]
         assert found and all(line.startswith(_core.COLOURS[severity]) for line in found), severity
-
-
-def test_coloured_lines_are_read_again(canalyze: Runner, tmp_path: Path) -> None:
-    (tmp_path / "coloured.txt").write_text(canalyze("decode", "-n", "--color", "always", PROBLEMS).out)
-    assert canalyze("decode", "coloured.txt").out == canalyze("decode", PROBLEMS).out
 
 
 # Numbers, and what is around them.
@@ -164,9 +137,6 @@ def test_filter_by_severity(canalyze: Runner) -> None:
         assert kept == [one["code"] for one in found if one["kind"] == "finding" and one["severity"] == severity]
 
 
-# Time.
-
-
 # One language of names.
 
 TEXTS = {"text", "message", "state_text", "meaning", "cause", "title", "reason", "reasons", "error"}
@@ -236,6 +206,3 @@ def test_lists_are_those_of_the_core() -> None:
     assert list(get_args(Severity)) == list(SEVERITIES) == _core.SEVERITIES
     assert set(_core.SEVERITIES) <= set(_core.COLOURS)
     assert len(_core.SERVICES) == len(set(_core.SERVICES)) and {"sdo", "heartbeat"} <= set(_core.SERVICES)
-
-
-# Frames by themselves.

@@ -10,14 +10,11 @@ import json
 import struct
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import canopen
 import pytest
-from captures import EDS, SAMPLES, eds_options, log_text, read_log, run_canalyze, spaced
-from conftest import Runner
+from captures import EDS, eds_options, run_canalyze
 from network_nodes import Account, Device, Timers
-from sdo_wire import Channel, segmented_download
 from test_od_dcf import SESSIONS, Address, written
 
 from canalyze._core import is_description
@@ -179,42 +176,3 @@ def test_types_are_those_of_the_standard_where_they_fit() -> None:
     assert kinds[0x2000, 3][1] is None and kinds[0x2000, 4] == (0x16, 1000)
     assert kinds[0x2000, 5] == (0x0A, bytes(range(128, 140))) and kinds[0x2000, 2] == (0x0A, bytes(9))
     assert found.defects == ()
-
-
-def test_what_a_manager_was_given_is_extracted_and_read(canalyze: Runner, tmp_path: Path) -> None:
-    values = {(0x1017, 0): b"\x64\0", (0x1A00, 0): b"\1", (0x1A00, 1): struct.pack("<I", 0x60000108)}
-    frames = segmented_download(Channel(127), 0x1F22, 6, concise(values))
-    (tmp_path / "manager.log").write_bytes(log_text(spaced(frames)))
-    assert canalyze("sdo", "manager.log", "--extract", "files").code == 0
-    (file,) = (path for path in (tmp_path / "files").iterdir() if b"\x17\x10" in path.read_bytes())
-    done = canalyze("--lang", "en", "eds", str(file))
-    assert done.code == 0 and "concise DCF" in done.lines[0] and "No defects" in done.out
-    assert "producer heartbeat time" in done.out
-
-
-def test_several_files_at_once_or_none(canalyze: Runner, tmp_path: Path) -> None:
-    log = str(SAMPLES / "network/sync-and-pdos.log")
-    (tmp_path / "there.eds").write_text("mine")
-    done = canalyze("--lang", "en", "od", log, "--node", "5", "--dcf", "new.dcf", "--skeleton", "there.eds")
-    assert done.code == 2 and "there.eds" in done.complaints[-1]
-    assert not (tmp_path / "new.dcf").exists() and (tmp_path / "there.eds").read_text() == "mine"
-    # A node that nobody has configured has an EDS, and no configuration.
-    frames = [frame for frame in read_log(Path(log).read_bytes()) if frame.can_id not in (0x605, 0x585)]
-    (tmp_path / "pdos.log").write_bytes(log_text(frames))
-    eds = f"5={EDS / 'drive.eds'}"
-    done = canalyze("--lang", "en", "od", "pdos.log", "--eds", eds, "--node", "5", "--concise-dcf", "a.cdcf")
-    assert done.code == 2 and not (tmp_path / "a.cdcf").exists()
-    done = canalyze("--lang", "en", "od", "pdos.log", "--eds", eds, "--node", "5", "--skeleton", "a.eds")
-    assert (done.code, done.out) == (0, "")
-    assert load(str(tmp_path / "a.eds")).entry(0x6041, 0) is not None
-
-
-def test_a_concise_dcf_is_a_description(canalyze: Runner, tmp_path: Path) -> None:
-    """Decoding with it knows the PDO."""
-    values: dict[Address, bytes] = {(0x1800, 1): struct.pack("<I", 0x186), (0x1A00, 0): b"\1"}
-    (tmp_path / "six.cdcf").write_bytes(concise(values | {(0x1A00, 1): struct.pack("<I", 0x60000108)}))
-    (tmp_path / "pdo.log").write_text("(1.000000) can0 186#2A\n")
-    rows: Any = canalyze("od", "pdo.log", "--eds", "6=six.cdcf", "--format", "jsonl").out
-    assert '"index":"6000","sub":1' in rows and '"value":42' in rows
-    done = canalyze("--lang", "en", "od", "pdo.log", "--eds", "6=six.cdcf", "--node", "6", "--dcf", "six.dcf")
-    assert done.code == 2 and "only an EDS" in done.complaints[-1]

@@ -203,37 +203,6 @@ def test_the_most_in_any_one_capture() -> None:
     assert baseline.most([{one: 3}, {one: 1, other: 2}, {}]) == {one: 3, other: 2}
 
 
-ENTRY = '{"code": "SDO001", "bus": null, "node": 5, "object": null, "count": 1}'
-HEAD = '{"canalyze_baseline": 1, "findings": [\n'
-
-
-@pytest.mark.parametrize(
-    ("text", "where", "said"),
-    [
-        ("", ":1:1", "not valid JSON"),
-        (f"{HEAD}{ENTRY},\n<<<<<<< HEAD\n]}}", ":3:1", "not valid JSON"),
-        ("[]", "", "not a baseline"),
-        ('{"findings": []}', "", "not a baseline"),
-        ('{"canalyze_baseline": 2, "findings": []}', "", "version 2"),
-        (f"{HEAD}{ENTRY},\n{ENTRY}]}}", ":3", "duplicate entry"),
-        (f"{HEAD}{ENTRY},\n5]}}", ":3", "5"),
-        (HEAD + ENTRY.replace('"SDO001"', '"sdo"') + "]}", ":2", 'invalid code in a baseline entry: "sdo"'),
-        (HEAD + ENTRY.replace("5", "128") + "]}", ":2", "invalid node in a baseline entry: 128"),
-        (HEAD + ENTRY.replace("5", "true") + "]}", ":2", "invalid node in a baseline entry: true"),
-        (HEAD + ENTRY.replace('"count": 1', '"count": 0') + "]}", ":2", "invalid count in a baseline entry: 0"),
-        (HEAD + ENTRY.replace('"object": null', '"object": "1017"') + "]}", ":2", "invalid object in a baseline entry"),
-        (HEAD + ENTRY.replace('"bus"', '"buss"') + "]}", ":2", "invalid buss in a baseline entry"),
-    ],
-)
-def test_broken_baseline_is_one_line(tmp_path: Path, text: str, where: str, said: str) -> None:
-    file = tmp_path / "known.json"
-    file.write_text(text)
-    with pytest.raises(ConfigError) as caught:
-        baseline.read(str(file))
-    assert str(caught.value).startswith(f"{file}{where}: ")
-    assert said in str(caught.value) and "\n" not in str(caught.value)
-
-
 def test_baseline_that_is_no_text(tmp_path: Path) -> None:
     file = tmp_path / "known.json"
     file.write_bytes(b'{\n"canalyze_baseline": "\xff"}')

@@ -4,7 +4,6 @@ Modes are kept, and what cannot write is one line.
 """
 
 import ctypes
-import json
 import os
 import resource
 import signal
@@ -73,35 +72,6 @@ def test_links_laid_in_the_way_are_not_followed(canalyze: Runner, notes: str, tm
     assert not (tmp_path / "x" / TRANSFER).is_symlink() and not (tmp_path / "out.log").is_symlink()
 
 
-@pytest.mark.parametrize("force", [False, True])
-def test_a_link_under_the_name_of_a_transfer_is_not_followed(
-    canalyze: Runner, notes: str, tmp_path: Path, force: bool
-) -> None:
-    victim = tmp_path / "victim"
-    victim.write_text("mine")
-    (tmp_path / "x").mkdir()
-    (tmp_path / "x" / TRANSFER).symlink_to(victim)
-    done = canalyze("sdo", "--extract", "x", notes, *(["--force"] if force else []))
-    assert done.code == (0 if force else 2)
-    assert victim.read_text() == "mine"
-    assert (tmp_path / "x" / TRANSFER).is_symlink() is not force
-
-
-def test_a_link_to_nothing_is_somebodys(canalyze: Runner, notes: str, tmp_path: Path) -> None:
-    (tmp_path / "out.log").symlink_to("elsewhere")
-    done = canalyze("--lang", "en", "convert", notes, "out.log")
-    assert (done.code, done.err) == (2, "canalyze: out.log: file exists; use --force to overwrite\n")
-    assert names(tmp_path) == [notes, "out.log"]
-
-
-def test_a_link_that_the_user_names_stands_for_its_file(canalyze: Runner, notes: str, tmp_path: Path) -> None:
-    (tmp_path / "day1.log").write_text("old")
-    (tmp_path / "latest.log").symlink_to("day1.log")
-    assert canalyze("convert", "--force", notes, "latest.log").code == 0
-    assert (tmp_path / "latest.log").is_symlink()
-    assert (tmp_path / "day1.log").read_text().count("\n") == 10
-
-
 # Two at once.
 
 
@@ -125,13 +95,6 @@ def test_of_two_outputs_the_later_one_says_that_there_is_one(tmp_path: Path) -> 
             two.write(b"2")
     assert (tmp_path / "a.log").read_bytes() == b"2"
     assert names(tmp_path) == ["a.log"]
-
-
-def test_a_part_of_the_users_is_kept(canalyze: Runner, notes: str, tmp_path: Path) -> None:
-    (tmp_path / "x").mkdir()
-    (tmp_path / "x" / f"{TRANSFER}.part").write_text("mine")
-    assert canalyze("sdo", "--extract", "x", notes).code == 0
-    assert (tmp_path / "x" / f"{TRANSFER}.part").read_text() == "mine"
 
 
 # Modes.
@@ -207,14 +170,6 @@ def test_a_folder_that_cannot_be_written_is_one_line(notes: str, tmp_path: Path,
     assert (code, err.count("\n")) == (2, 1), err
     assert "cannot write: permission denied" in err
     assert names(tmp_path / "closed") == []
-
-
-@pytest.mark.parametrize("where", ["", "/proc/nothing/there"])
-def test_a_folder_that_cannot_be_is_one_line(canalyze: Runner, notes: str, tmp_path: Path, where: str) -> None:
-    done = canalyze("--lang", "en", "sdo", "--extract", where, notes)
-    assert (done.code, len(done.complaints)) == (2, 1)
-    assert "cannot write" in done.err
-    assert names(tmp_path) == [notes]
 
 
 @pytest.mark.parametrize(
@@ -320,42 +275,6 @@ def test_what_is_ended_at_once_stays_a_part(tmp_path: Path, error: BaseException
     (part,) = tmp_path.iterdir()
     assert part.read_bytes() == b"some" and part.name in str(raised.value)
     assert raised.value.exit_code == (143 if isinstance(error, SystemExit) else 130)
-
-
-# Baselines.
-
-
-@pytest.mark.parametrize(
-    "content", [NOTES.encode(), b"\x00\xff\x1b", b"{}", b'{"other": 1}', b"[]", b"x = 1\n"], ids=repr
-)
-@pytest.mark.parametrize("force", [False, True])
-def test_nothing_but_a_baseline_is_overwritten_as_one(
-    canalyze: Runner, notes: str, tmp_path: Path, content: bytes, force: bool
-) -> None:
-    (tmp_path / "mine").write_bytes(content)
-    done = canalyze("check", "--lang", "en", "--baseline", "mine", "--update-baseline", notes, *["--force"] * force)
-    said = "canalyze: mine: exists and is not a baseline; --update-baseline does not overwrite it\n"
-    assert (done.code, done.err) == (2, said)
-    assert (tmp_path / "mine").read_bytes() == content
-
-
-@pytest.mark.parametrize(
-    "content",
-    [
-        b"",
-        b"\n",
-        b'{"canalyze_baseline": 1, "findings": []}',
-        b'\xef\xbb\xbf{"canalyze_baseline": 1, "findings": [\n<<<<<<< ours\n',
-        b'{"findings": [], "canalyze_baseline": 0}',
-    ],
-    ids=repr,
-)
-def test_a_baseline_is_written_anew_whatever_became_of_it(
-    canalyze: Runner, notes: str, tmp_path: Path, content: bytes
-) -> None:
-    (tmp_path / "known.json").write_bytes(content)
-    assert canalyze("check", "--baseline", "known.json", "--update-baseline", notes).code == 0
-    assert json.loads((tmp_path / "known.json").read_text())["canalyze_baseline"] == 1
 
 
 SOURCES = sorted(path for path in (TESTS.parent / "canalyze").rglob("*.py") if "core" not in path.parts)
