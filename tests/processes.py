@@ -8,12 +8,28 @@ from __future__ import annotations
 
 import fcntl
 import struct
+import subprocess
+import sys
 import termios
 import time
 from pathlib import Path
 
 DEADLINE_S = 60.0
 _STILL_S = 0.1
+
+
+_PEAK = """
+import sys
+from canalyze.cli import main
+main(sys.argv[1:])
+sys.stderr.write(next(line for line in open("/proc/self/status") if line.startswith("VmHWM")).split()[1])
+"""
+
+
+def peak_kib(folder: Path, *args: str) -> int:
+    """The most memory that a command line has taken, in KiB; the command must not say anything else."""
+    line = [sys.executable, "-c", _PEAK, *args]
+    return int(subprocess.run(line, capture_output=True, check=True, cwd=folder).stderr)
 
 
 def tree(root: int) -> set[int]:

@@ -15,7 +15,7 @@ import pytest
 from captures import SAMPLES, SHARED
 from conftest import Runner, command, environment
 from fleet_works import Here
-from processes import wait_until_idle
+from processes import peak_kib, wait_until_idle
 from test_cli_terminal import on_terminal
 
 from canalyze._core import COLOURS
@@ -259,14 +259,7 @@ def test_memory_is_flat(tmp_path: Path) -> None:
         with path.open("w") as out:
             for turn in range(frames):
                 out.write(f"({turn // 1000}.{turn % 1000:03d}000) can0 {0x81 + turn % 100:03X}#1081000000000000\n")
-        script = (
-            "import sys; from canalyze.cli import main; main(sys.argv[1:]);"
-            "peak = next(line for line in open('/proc/self/status') if line.startswith('VmHWM'));"
-            "sys.stderr.write(peak.split()[1])"
-        )
-        arguments = [command()[0], "-c", script, "check", str(path)]
-        done = subprocess.run(arguments, capture_output=True, check=True, cwd=tmp_path)
-        peaks.append(int(done.stderr))
+        peaks.append(peak_kib(tmp_path, "check", str(path)))
     assert peaks[1] - peaks[0] < 6 * 1024, peaks  # in KiB
 
 

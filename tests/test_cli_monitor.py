@@ -15,19 +15,6 @@ from monitor_terminal import Terminal, drawn
 CAPTURE = SAMPLES / "network" / "sync-and-pdos.log"
 
 
-def test_missing_extra_is_one_line_with_the_command(tmp_path: Path) -> None:
-    hide = "import sys; sys.modules['textual'] = None; from canalyze.cli import main; sys.exit(main())"
-    done = subprocess.run(
-        [sys.executable, "-c", hide, "--lang", "en", "monitor", str(CAPTURE)],
-        capture_output=True,
-        env=environment(),
-        cwd=tmp_path,
-        check=False,
-    )
-    assert done.returncode == 2
-    assert done.stderr.decode() == "canalyze: monitor needs textual: pip install 'canalyze[tui]'\n"
-
-
 def test_textual_that_does_not_work_is_one_line(tmp_path: Path) -> None:
     (tmp_path / "textual").mkdir()
     (tmp_path / "textual" / "__init__.py").write_text("raise ImportError('older than python')")

@@ -5,8 +5,6 @@ from __future__ import annotations
 import itertools
 import json
 import re
-import subprocess
-import sys
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
@@ -14,6 +12,7 @@ from typing import Any
 
 import pytest
 from captures import SAMPLES, Row, session_output
+from processes import peak_kib
 from test_cli_terminal import on_terminal
 
 from canalyze.output.layout import width
@@ -114,12 +113,5 @@ def test_memory_is_flat(tmp_path: Path) -> None:
         path = tmp_path / f"{frames}.log"
         text = log((turn, f"{0x181 + turn % 8:03X}#{turn:016X}") for turn in range(frames))
         path.write_bytes(text)
-        code = (
-            "import sys; from canalyze.cli import main; code = main(sys.argv[1:]);"
-            "peak = next(line for line in open('/proc/self/status') if line.startswith('VmHWM'));"
-            "sys.stderr.write(peak.split()[1]); raise SystemExit(code)"
-        )
-        arguments = [sys.executable, "-c", code, "summary", "--bitrate", "1M", str(path)]
-        done = subprocess.run(arguments, capture_output=True, check=True, cwd=tmp_path)
-        peaks.append(int(done.stderr))
+        peaks.append(peak_kib(tmp_path, "summary", "--bitrate", "1M", str(path)))
     assert peaks[1] - peaks[0] < 6 * 1024, peaks  # in KiB

@@ -151,19 +151,6 @@ def test_no_other_command_loads_rerun() -> None:
     assert done.stdout == b"set()\n"
 
 
-@pytest.mark.parametrize(
-    "args", [["view", "--save", "x.rrd", str(CAPTURE)], ["sniff", "bus", "-i", "virtual", "--save", "x.rrd"]]
-)
-def test_without_rerun(canalyze: Runner, tmp_path: Path, args: list[str]) -> None:
-    (tmp_path / "lacks").mkdir()
-    (tmp_path / "lacks" / "rerun.py").write_text("raise ImportError('not here')\n")
-    env = {"PYTHONPATH": str(tmp_path / "lacks"), "CANALYZE_LANG": "en"}
-    done = canalyze(*args, "--save", "x.rrd", env=env)
-    said = "timelines need Rerun; install it: pip install 'canalyze[rerun]'"
-    assert (done.code, done.out, done.err) == (2, "", f"canalyze: {said}\n")
-    assert not (tmp_path / "x.rrd").exists()
-
-
 def test_a_display_that_is_not_there(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "tmp").mkdir()
     env = {"DISPLAY": ":987", "WAYLAND_DISPLAY": "", "CANALYZE_LANG": "en", "TMPDIR": str(tmp_path / "tmp")}

@@ -54,16 +54,6 @@ def test_a_large_capture_is_decoded_alike(tmp_path: Path) -> None:
     assert counted["equal"] > 20_000 and counted["equal"] == sum(counted.values())
 
 
-def test_without_cantools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from canalyze.dictionary.dbc import made
-    from canalyze.errors import CanalyzeError
-
-    monkeypatch.setitem(sys.modules, "cantools", None)
-    monkeypatch.setitem(sys.modules, "cantools.database.can", None)
-    with pytest.raises(CanalyzeError, match=r"pip install 'canalyze\[dbc\]'"):
-        made(b"", lambda *_: None)
-
-
 def test_the_listing_alone_does_not_need_cantools() -> None:
     """It is imported where a file is made."""
     code = "import sys, canalyze.commands.od, canalyze.commands.eds; print('cantools' in sys.modules)"

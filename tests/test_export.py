@@ -11,7 +11,6 @@ import json
 import random
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from decimal import Decimal
@@ -27,6 +26,7 @@ import pyarrow.parquet as pq
 import pytest
 from captures import EDS, SAMPLES, Row, decoded, described, run_canalyze
 from conftest import command, environment
+from processes import peak_kib
 from test_columns_names import mapped
 
 from canalyze import _core
@@ -420,15 +420,6 @@ def test_names() -> None:
     ]
 
 
-def test_pyarrow_is_an_extra(tmp_path: Path) -> None:
-    script = "import sys; sys.modules['pyarrow'] = None; from canalyze.cli import main; sys.exit(main(sys.argv[1:]))"
-    line = [sys.executable, "-c", script, "export", "--lang", "en", str(NETWORK), "-o", "lake"]
-    done = subprocess.run(line, cwd=tmp_path, env=environment(), capture_output=True, check=False)
-    said = b"canalyze: pyarrow is needed and not installed: pip install 'canalyze[parquet]'\n"
-    assert (done.returncode, done.stderr) == (2, said)
-    assert not list(tmp_path.iterdir())
-
-
 def running(folder: Path, out: str, *source: str) -> subprocess.Popen[bytes]:
     line = command("--lang", "en", "export", *source, "-o", out)
     pipe = subprocess.PIPE
@@ -520,14 +511,7 @@ def test_memory_does_not_grow_with_the_capture(tmp_path: Path) -> None:
         path = tmp_path / f"{count}.log"
         with path.open("wb") as out:
             out.writelines(heartbeats(count))
-        script = (
-            "import sys; from canalyze.cli import main; main(sys.argv[1:]);"
-            "peak = next(line for line in open('/proc/self/status') if line.startswith('VmHWM'));"
-            "sys.stderr.write(peak.split()[1])"
-        )
-        arguments = [command()[0], "-c", script, "export", str(path), "-o", str(tmp_path / f"{count}.parquet")]
-        done = subprocess.run(arguments, capture_output=True, check=True, cwd=tmp_path, env=environment())
-        peaks.append(int(done.stderr))
+        peaks.append(peak_kib(tmp_path, "export", str(path), "-o", f"{count}.parquet"))
     assert peaks[1] - peaks[0] < 24 * 1024, peaks  # in KiB; the frames that are more take 70 MB in memory
 
 

@@ -11,7 +11,6 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
@@ -295,18 +294,6 @@ def test_a_folder_that_is_none_is_one_line(folder: Path) -> None:
         )
         assert (done.returncode, done.stdout) == (2, b"")
         assert done.stderr.decode() == f"canalyze: {name}: no such folder\n"
-
-
-def test_without_the_sdk_the_extra_is_named(folder: Path) -> None:
-    program = "import sys; sys.modules['mcp'] = None; from canalyze.cli import main; sys.exit(main())"
-    done = subprocess.run(
-        [sys.executable, "-c", program, "mcp", "--lang", "en", str(folder)],
-        capture_output=True,
-        env=environment(PYTHONPATH=str(ROOT)),
-        check=False,
-    )
-    assert done.returncode == 2
-    assert done.stderr.decode() == "canalyze: mcp needs the Python SDK of MCP: pip install 'canalyze[mcp]'\n"
 
 
 def test_nothing_is_written(folder: Path) -> None:

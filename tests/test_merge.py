@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import gzip
 import re
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from captures import SAMPLES
-from conftest import Runner, environment
+from conftest import Runner
+from processes import peak_kib
 
 NETWORK = sorted((SAMPLES / "network").glob("*.log"))
 WHOLE = SAMPLES / "network" / "sync-and-pdos.log"
@@ -106,14 +105,7 @@ def test_memory_is_flat(tmp_path: Path) -> None:
     for size in (40_000, 400_000):
         lines = [f"(1700000000.{n:09d}) can0 1FF#{n:016X}\n" for n in range(size)]
         written(tmp_path, by_turns(lines))
-        script = (
-            "from canalyze.cli import main\n"
-            "main(['decode', '--merge', 'part0.log', 'part1.log', 'part2.log', '-o', 'out', '--force'])\n"
-            "print(next(line for line in open('/proc/self/status') if line.startswith('VmHWM')))\n"
-        )
-        done = subprocess.run(
-            [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, check=True, text=True, env=environment()
-        )
-        peaks.append(int(done.stdout.split()[1]))
+        parts = ("part0.log", "part1.log", "part2.log")
+        peaks.append(peak_kib(tmp_path, "decode", "--merge", *parts, "-o", "out", "--force"))
         assert (tmp_path / "out").read_text().count("1FF ") == size
     assert peaks[1] < peaks[0] * 1.5

@@ -6,7 +6,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from captures import TESTS
+from captures import EDS, TESTS
+from conftest import environment
 
 SAMPLE = TESTS.parent / "samples" / "zephyr-sdo.log"
 RUN = """
@@ -34,6 +35,34 @@ BESIDE = {
     "canalyze.reports",
 }
 """What a listing does not need either."""
+
+
+RERUN = "timelines need Rerun; install it: pip install 'canalyze[rerun]'"
+EXTRAS = [
+    ("textual", ["monitor", str(SAMPLE)], "monitor needs textual: pip install 'canalyze[tui]'"),
+    (
+        "pyarrow",
+        ["export", str(SAMPLE), "-o", "lake"],
+        "pyarrow is needed and not installed: pip install 'canalyze[parquet]'",
+    ),
+    ("mcp", ["mcp", "."], "mcp needs the Python SDK of MCP: pip install 'canalyze[mcp]'"),
+    ("rerun", ["view", "--save", "x.rrd", str(SAMPLE)], RERUN),
+    ("rerun", ["sniff", "bus", "-i", "virtual", "--save", "x.rrd"], RERUN),
+    (
+        "cantools",
+        ["eds", "--node", "5", "--dbc", "x.dbc", str(EDS / "drive.eds")],
+        "cantools is needed and not installed: pip install 'canalyze[dbc]'",
+    ),
+]
+
+
+@pytest.mark.parametrize(("module", "args", "said"), EXTRAS, ids=[f"{args[0]} {module}" for module, args, _ in EXTRAS])
+def test_an_extra_that_is_missing_is_named_in_one_line(tmp_path: Path, module: str, args: list[str], said: str) -> None:
+    program = f"import sys; sys.modules[{module!r}] = None; from canalyze.cli import main; sys.exit(main(sys.argv[1:]))"
+    line = [sys.executable, "-c", program, "--lang", "en", *args]
+    done = subprocess.run(line, capture_output=True, text=True, check=False, cwd=tmp_path, env=environment())
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", f"canalyze: {said}\n")
+    assert not list(tmp_path.iterdir())
 
 
 def loaded(directory: Path, *args: str) -> set[str]:
