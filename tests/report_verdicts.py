@@ -37,8 +37,6 @@ FINDING = Finding(
         Line(8, 'can0  58A   [8]  00 4E 6F 70 65 6E 4E 6F  # segment 3 of data from the server: "NopenNo"'),
     ),
 )
-BINARY = replace(FINDING, file="run.blf", line=None, cause_line=None)
-"""The same of a format without lines."""
 
 
 def one(finding: Finding = FINDING, count: int = 1, known: int = 0) -> Counted:

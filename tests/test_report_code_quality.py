@@ -9,7 +9,7 @@ from typing import Any
 import jsonschema
 import pytest
 from msgspec.structs import replace
-from report_verdicts import BINARY, BLOCKS, FINDING, hostile, one
+from report_verdicts import BLOCKS, FINDING, hostile, one
 
 from canalyze.check.verdict import Verdict
 from canalyze.reports import hosts
@@ -64,33 +64,6 @@ def test_any_report_is_valid(seeds: range, lang: str) -> None:
         )
         assert len(found) == expected
         assert all(entry["description"].isprintable() for entry in found)
-
-
-def test_a_finding_is_an_entry() -> None:
-    (entry,) = report(Verdict("samples/boot.log", (one(count=3),)))
-    assert len(entry.pop("fingerprint")) == 64
-    assert entry == {
-        "description": "node 10 1008h:00: toggle=0 from the server, 1 was due (frame 7, 3 times)",
-        "check_name": "SDO001",
-        "severity": "major",
-        "location": {"path": "samples/boot.log", "lines": {"begin": 8}},
-    }
-
-
-def test_severities() -> None:
-    below = tuple(one(replace(FINDING, severity=severity)) for severity in ("warning", "info"))
-    found = report(Verdict("a.log", (one(),), below, error="a.log: cut off"), Verdict("b.log", nature="silent"))
-    assert [entry["severity"] for entry in found] == ["blocker", "major", "minor", "info", "info"]
-    assert found[-1]["description"] == "no data frames, not judged"
-
-
-def test_what_the_baseline_allows_is_left_out() -> None:
-    assert report(Verdict("a.log", others=(one(known=1),))) == []
-
-
-def test_a_format_without_lines_has_the_first_one() -> None:
-    (entry,) = report(Verdict("run.blf", (one(BINARY),)))
-    assert entry["location"]["lines"]["begin"] == 1 and "(frame 7)" in entry["description"]
 
 
 def test_the_fingerprint_stays_when_the_frame_moves_or_the_language_is_another() -> None:

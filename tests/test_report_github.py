@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from msgspec.structs import replace
-from report_verdicts import BINARY, BLOCKS, FINDING, hostile, many, one
+from report_verdicts import BLOCKS, FINDING, hostile, many, one
 
 from canalyze.check.verdict import Verdict
 from canalyze.reports import hosts
@@ -74,28 +74,10 @@ def as_meant(verdicts: list[Verdict], lang: str) -> None:
             assert command.data.isprintable(), "one line"
 
 
-def test_a_finding_is_an_annotation() -> None:
-    (command,) = commands(Verdict("samples/boot.log", (one(count=3),)))
-    assert command.name == "error"
-    assert command.properties == {"file": "samples/boot.log", "line": "8", "title": "SDO001 toggle-bit"}
-    assert command.data == "node 10 1008h:00: toggle=0 from the server, 1 was due (frame 7, 3 times)"
-
-
 def test_the_line_as_it_is_written() -> None:
     bare = replace(FINDING, lines=(), cause_frame=None, message="100% late, a::b", t=None)
     (line,) = hosts.github([Verdict("a,b: 5%.log", (one(bare),))], EN)
     assert line == ("::error file=a%2Cb%3A 5%25.log,line=9,title=SDO001 toggle-bit::100%25 late, a::b (frame 8)")
-
-
-def test_severities_are_kinds_of_annotations() -> None:
-    findings = [one(replace(FINDING, severity=severity)) for severity in ("info", "warning", "error")]
-    names = [command.name for command in commands(Verdict("a.log", tuple(findings)))]
-    assert names == ["notice", "warning", "error"]
-
-
-def test_a_format_without_lines_names_the_file_only() -> None:
-    (command,) = commands(Verdict("run.blf", (one(BINARY),)))
-    assert command.properties == {"file": "run.blf", "title": "SDO001 toggle-bit"}
 
 
 def test_a_capture_of_which_nothing_was_judged_is_a_notice() -> None:
@@ -111,18 +93,6 @@ def test_standard_input_is_no_file() -> None:
     found, broken = commands(Verdict("-", (one(),))), commands(Verdict("-", error="stdin: nothing in it"))
     assert found[0].properties == {"title": "SDO001 toggle-bit"}
     assert broken == [Command("error", {}, "stdin: nothing in it")]
-
-
-def test_what_cannot_be_read_and_what_fails_come_first() -> None:
-    below = one(replace(FINDING, severity="warning", code="HBT001"))
-    said = commands(
-        Verdict("a.log", (), (below, one(known=1))), Verdict("b.log", (one(),)), Verdict("c.log", error="c")
-    )
-    assert [(command.name, command.properties["file"]) for command in said] == [
-        ("error", "c.log"),
-        ("error", "b.log"),
-        ("warning", "a.log"),
-    ]
 
 
 @pytest.mark.parametrize("severity", ["error", "warning", "info"])

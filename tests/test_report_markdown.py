@@ -15,7 +15,6 @@ from canalyze.output import printable
 from canalyze.reports import check
 from canalyze.words import LANGUAGES, Words
 
-EN = Words("en")
 MOST = 65_536
 """Characters of a comment on GitHub."""
 
@@ -57,34 +56,6 @@ def test_nothing_of_a_capture_is_markup(seeds: range, lang: str) -> None:
         lines = [line.text for verdict in verdicts for one in verdict.failures for line in one.finding.lines]
         fenced = [line for token in found if token.type == "fence" for line in token.content.splitlines()]
         assert {line[2:].strip() for line in fenced} <= {printable(line).strip() for line in lines}
-
-
-def test_what_fails_is_in_the_table_and_below_it() -> None:
-    document = text(Verdict("a|b`.log", (one(count=3),), frames=8), Verdict("clean.log", frames=4))
-    lines = document.splitlines()
-    assert lines[0] == "## canalyze check: 2 files, 12 frames: 3 errors (in 1 file)"
-    assert cells(document) == ["<code>a|b`.log</code>", "8", "3 errors"]
-    assert "1 file is clean" in lines and "clean.log" not in document
-    place = lines.index("### ``a|b`.log``")
-    said = "error SDO001 can0, frame 7, line 8: node 10 1008h:00: toggle=0 from the server, 1 was due"
-    assert lines[place + 2] == f"- {said}"
-    (fence,) = [token.content for token in tokens(document) if token.type == "fence"]
-    assert fence.splitlines() == [f"> {FINDING.lines[0].text}", f"  {FINDING.lines[1].text}"]
-    assert "  3 times; also at frames 8, 9" in lines
-
-
-def test_a_set_of_clean_captures_is_counted() -> None:
-    assert text(Verdict("a.log", frames=3), Verdict("b.log", frames=4)).splitlines() == [
-        "## canalyze check: 2 files, 7 frames: no failing findings",
-        "",
-        "2 files are clean",
-    ]
-
-
-def test_what_cannot_be_read_or_was_not_judged_says_why() -> None:
-    document = text(Verdict("gone.log", error="gone.log: no such file"), Verdict("a.log", frames=9, nature="foreign"))
-    assert cells(document)[2::3] == ["not checked", "not CANopen, not judged"]
-    assert "- gone.log: no such file" in document.splitlines()
 
 
 def test_no_person_is_mentioned_and_nothing_is_a_link() -> None:

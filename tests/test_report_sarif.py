@@ -10,7 +10,7 @@ from urllib.parse import unquote_to_bytes, urlsplit
 import pytest
 from msgspec.structs import replace
 from report_schemas import sarif_faults
-from report_verdicts import BINARY, BLOCKS, FINDING, hostile, many, one
+from report_verdicts import BLOCKS, FINDING, hostile, many, one
 
 from canalyze import __version__, _core
 from canalyze.check.verdict import Verdict
@@ -81,35 +81,6 @@ def test_the_schema_would_notice() -> None:
     assert len(sarif_faults(written)) == 2
 
 
-def test_a_finding_is_a_result() -> None:
-    found = result(Verdict("samples/boot.log", (one(count=12),)))
-    assert (found["ruleId"], found["level"], found["occurrenceCount"]) == ("SDO001", "error", 12)
-    assert found["message"]["text"] == (
-        "node 10 1008h:00: toggle=0 from the server, 1 was due "
-        "(frame 7, line 8, shown by [frame 8](1), 1700000000.003200 s, 12 times)"
-    )
-    (location,) = found["locations"]
-    physical = location["physicalLocation"]
-    assert physical["artifactLocation"] == {"uri": "samples/boot.log", "index": 0}
-    text = FINDING.lines[0].text
-    assert physical["region"] == {"startLine": 8, "startColumn": 1, "endLine": 8, "snippet": {"text": text}}
-    assert [(part["kind"], part["fullyQualifiedName"]) for part in location["logicalLocations"]] == [
-        ("bus", "can0"),
-        ("node", "can0/10"),
-        ("object", "can0/10/1008h:00"),
-    ]
-    (shown,) = found["relatedLocations"]
-    assert shown["id"] == 1 and shown["physicalLocation"]["region"]["startLine"] == 9
-    assert found["properties"]["lines"][0] == f"> {text}"
-
-
-def test_a_format_without_lines_has_no_region() -> None:
-    found = result(Verdict("run.blf", (one(BINARY),)))
-    for location in (*found["locations"], *found["relatedLocations"]):
-        assert "region" not in location["physicalLocation"]
-    assert found["properties"]["frame"] == 8
-
-
 @pytest.mark.parametrize("lang", LANGUAGES)
 def test_every_rule_of_the_catalogue_is_described(lang: str) -> None:
     rules = _core.rules(lang)
@@ -156,24 +127,6 @@ def test_a_fingerprint_is_of_the_kind_and_not_of_the_place() -> None:
     assert same == "f907f523af0bb533:1", "alerts of all users would be closed and opened anew"
 
 
-def test_what_the_baseline_allows_is_suppressed() -> None:
-    new, more, known = (replace(FINDING, node=node) for node in (1, 2, 3))
-    only = run(Verdict("a.log", (one(new), one(more, 5, 3)), (one(known, 2, 2),)))
-    states = [(found["baselineState"], "suppressions" in found) for found in only["results"]]
-    assert states == [("new", False), ("updated", False), ("unchanged", True)]
-    assert "baselineState" not in result(Verdict("a.log", (one(),)))
-
-
-def test_an_unreadable_capture_is_a_failed_run_with_the_results_of_the_others() -> None:
-    only = run(Verdict("gone.log", error="gone.log: no such file"), Verdict("a.log", (one(),)))
-    (invocation,) = only["invocations"]
-    assert invocation["executionSuccessful"] is False
-    (said,) = invocation["toolExecutionNotifications"]
-    assert (said["level"], said["message"]["text"]) == ("error", "gone.log: no such file")
-    assert said["locations"][0]["physicalLocation"]["artifactLocation"]["uri"] == "gone.log"
-    assert len(only["results"]) == 1 and len(only["artifacts"]) == 2
-
-
 def test_a_capture_of_which_nothing_was_judged_is_named() -> None:
     alien = Verdict("a.log", frames=9, nature="unproven")
     (invocation,) = log([alien])["runs"][0]["invocations"]
@@ -195,12 +148,6 @@ def test_code_scanning_gets_no_more_than_it_takes_and_the_worst_of_it() -> None:
     assert len(levels) == 25_000 and levels.count("error") == 20 and levels[-1] == "error"
     (said,) = only["invocations"][0]["toolExecutionNotifications"]
     assert said["message"]["text"].startswith("10 more findings") and said["level"] == "warning"
-
-
-def test_a_file_named_twice_is_one_artifact() -> None:
-    only = run(Verdict("a.log", (one(),)), Verdict("./a.log", (one(),)), Verdict("a.log"))
-    assert [artifact["location"]["uri"] for artifact in only["artifacts"]] == ["a.log"]
-    assert {found["locations"][0]["physicalLocation"]["artifactLocation"]["index"] for found in only["results"]} == {0}
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,10 @@ def test_each_part_of_the_source_has_a_row(house: str) -> None:
     ("path", "tests"),
     [
         ("canalyze/reports/junit.py", ["tests/test_report_junit.py"]),
-        ("canalyze/reports/table.py", ["tests/test_report_consequences.py", "tests/test_report_samples.py"]),
+        (
+            "canalyze/core/src/views/diff",
+            ["tests/console/diff.txt", "tests/test_diff.py", "tests/test_diff_incidents.py"],
+        ),
         ("canalyze/core/src/checks/sync/mod.rs", ["tests/test_sync_faults.py"]),
         ("tests/live/test_flood.py", ["tests/live/test_flood.py"]),
         ("CHANGELOG.md", []),
