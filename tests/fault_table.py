@@ -176,14 +176,7 @@ NODES = [
     Fault("two nodes with one node-ID", "other state", "HBT NMT", two_nodes(HEARTBEAT, PRE_OPERATIONAL), 0.8),
     Fault("guarding", "one toggle bit", "GRD", guarding_toggle, plant="guarded"),
     *(
-        Fault(
-            "guarding unanswered",
-            f"{n} times",
-            "GRD HBT",
-            guarding_unanswered(n),
-            0.1 * n,
-            plant="guarded",
-        )
+        Fault("guarding unanswered", f"{n} times", "GRD HBT", guarding_unanswered(n), 0.1 * n, plant="guarded")
         for n in (1, 3)
     ),
     Fault("guarding unanswered", "for ever", "GRD HBT", guarding_unanswered(0), 1.0, plant="guarded"),

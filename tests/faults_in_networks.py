@@ -9,19 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 
 from captures import CanFrame
-from network import (
-    Fault,
-    Frames,
-    add,
-    change,
-    drop,
-    drop_exchange,
-    duplicate,
-    find,
-    from_there_on,
-    payload,
-    shift,
-)
+from network import Fault, Frames, add, change, drop, drop_exchange, duplicate, find, from_there_on, payload, shift
 from network_sessions import SESSIONS
 
 SYNC, NODE_HEARTBEAT, MASTER, SLAVE = 0x080, 0x705, 0x7E5, 0x7E4
@@ -122,12 +110,7 @@ LSS = [
     Case("unknown command", "LSS001", "lss_configured", add((0.115, MASTER, b"\x99" + bytes(7))), node=None),
     Case("answer to nothing", "LSS002", "lss_configured", add((1.55, SLAVE, b"\x11" + bytes(7))), node=None),
     Case(
-        "node-ID for nobody",
-        "LSS003",
-        "lss_configured",
-        add((0.5, MASTER, b"\x11\x22" + bytes(6))),
-        "info",
-        node=None,
+        "node-ID for nobody", "LSS003", "lss_configured", add((0.5, MASTER, b"\x11\x22" + bytes(6))), "info", node=None
     ),
     Case("node-ID refused", "LSS004", "lss_configured", change(SLAVE, 2, 1, 1), node=None, beside="LSS005"),
     Case("store refused", "LSS004", "lss_configured", change(SLAVE, 3, 1, 2), node=None),

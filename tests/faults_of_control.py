@@ -30,10 +30,7 @@ from plants import (
     plant,
     sync_times,
 )
-from sdo_wire import (
-    Channel,
-    expedited_upload,
-)
+from sdo_wire import Channel, expedited_upload
 
 # SYNC
 
@@ -138,10 +135,7 @@ def node_lost(*, polled: bool, touched: str = "", of: str = "plant") -> Make:
         capture = Capture(built(of, known))
         if touched:
             value = struct.pack("<H", round(HEARTBEAT * 1000))
-            write = [
-                Channel(IO).client(b"\x2b\x17\x10\x00" + value),
-                Channel(IO).server(b"\x60\x17\x10\x00"),
-            ]
+            write = [Channel(IO).client(b"\x2b\x17\x10\x00" + value), Channel(IO).server(b"\x60\x17\x10\x00")]
             read = expedited_upload(Channel(IO), 0x1017, 0, value)
             capture.place(quiet(at), read if touched == "read" else write)
         dies = quiet(at) + (0.003 if touched else 0.06)

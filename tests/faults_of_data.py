@@ -33,14 +33,7 @@ from plants import (
     built,
     drive,
 )
-from sdo_wire import (
-    Channel,
-    abort,
-    block_download,
-    block_upload,
-    expedited_upload,
-    segmented_upload,
-)
+from sdo_wire import Channel, abort, block_download, block_upload, expedited_upload, segmented_upload
 
 # SDO
 

@@ -11,14 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from captures import CanFrame
-from plants import (
-    EVERY,
-    SECONDS,
-    UP,
-    Known,
-    Session,
-    built,
-)
+from plants import EVERY, SECONDS, UP, Known, Session, built
 
 from canalyze import _core
 

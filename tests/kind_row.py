@@ -49,8 +49,5 @@ def of_rule(name: str, node: Node, status: str, *, described: bool = False) -> S
     own = path.with_name(f"{name}.clean.log")
     neighbour = own if own.is_file() else clean
     return Sample(
-        lambda faulty: (path if faulty else neighbour).read_bytes(),
-        node,
-        status,
-        described=path if described else None,
+        lambda faulty: (path if faulty else neighbour).read_bytes(), node, status, described=path if described else None
     )

@@ -112,11 +112,7 @@ SAMPLES = {
     "fault-reset-without-effect": Sample(reset_in_vain, NODE, "open", (0x205, 3)),
     "not-enabled": of_rule("DRV002", NODE, "open"),
     "quick-stop": Sample(quick_stop, NODE, "open", (0x185, 8)),
-    "state-left": Sample(
-        left,
-        NODE,
-        "open",
-    ),
+    "state-left": Sample(left, NODE, "open"),
     "illegal-transition": of_rule("DRV001", NODE, "ended"),
     "mode-not-taken": Sample(mode_not_taken, NODE, "open", (0x205, 8)),
     "fault-reset-without-edge": Sample(held_reset, NODE, "open"),

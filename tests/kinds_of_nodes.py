@@ -9,17 +9,7 @@ from collections.abc import Mapping
 
 from captures import CanFrame
 from kind_row import Sample, of_rule
-from network import (
-    OPERATIONAL,
-    PRE_OP,
-    PRE_OPERATIONAL,
-    RESET_NODE,
-    START,
-    STOP,
-    STOPPED,
-    Frames,
-    Network,
-)
+from network import OPERATIONAL, PRE_OP, PRE_OPERATIONAL, RESET_NODE, START, STOP, STOPPED, Frames, Network
 
 NODE = 5
 PERIOD = 0.2
@@ -215,10 +205,7 @@ SAMPLES = {
     "bus-errors": Sample(lambda faulty: error_frames(3 if faulty else 2, others=True), None, "ended", (0x20000088, 0)),
     "transceiver-fault": of_rule("BUS008", None, "open"),
     "wrong-bit-rate": Sample(
-        lambda faulty: error_frames(12 if faulty else 2, others=False),
-        None,
-        "open",
-        (0x20000088, 0),
+        lambda faulty: error_frames(12 if faulty else 2, others=False), None, "open", (0x20000088, 0)
     ),
     "segment-lost": Sample(segment_lost, (5, 6), "open", (0x705, -1)),
     "bus-silent": of_rule("HBT005", None, "harmless"),

@@ -9,17 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 
-from network import (
-    OPERATIONAL,
-    PRE_OP,
-    PRE_OPERATIONAL,
-    RESET_NODE,
-    START,
-    STOP,
-    STOPPED,
-    Follower,
-    Network,
-)
+from network import OPERATIONAL, PRE_OP, PRE_OPERATIONAL, RESET_NODE, START, STOP, STOPPED, Follower, Network
 
 NODE, OTHER = 5, 6
 POSITION = [(0x6041, 0, 16), (0x6064, 0, 32)]

@@ -14,16 +14,7 @@ from functools import cache
 from typing import Literal
 
 from captures import CanFrame
-from network import (
-    OPERATIONAL,
-    PRE_OP,
-    PRE_OPERATIONAL,
-    RESET_NODE,
-    START,
-    STOPPED,
-    Network,
-    jittered,
-)
+from network import OPERATIONAL, PRE_OP, PRE_OPERATIONAL, RESET_NODE, START, STOPPED, Network, jittered
 from sdo_wire import Channel, abort, block_download, block_upload, segmented_download, segmented_upload
 
 from canalyze import _core

@@ -11,14 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from captures import CanFrame, log_text, spaced
-from sdo_wire import (
-    Channel,
-    abort,
-    expedited_download,
-    expedited_upload,
-    segmented_download,
-    segmented_upload,
-)
+from sdo_wire import Channel, abort, expedited_download, expedited_upload, segmented_download, segmented_upload
 
 from canalyze._core import DATA_TYPES
 from canalyze.dictionary.model import BYTES, REAL, STRINGS, Dictionary, Entry, NodeOffset

@@ -14,16 +14,7 @@ from itertools import product
 import pytest
 from captures import SAMPLES, Analysis, CanFrame, analyze, console_text, log_text, read_log, spaced
 from diagnoses import diagnosed
-from network import (
-    OPERATIONAL,
-    PRE_OP,
-    PRE_OPERATIONAL,
-    RESET_COMMUNICATION,
-    START,
-    Follower,
-    Network,
-    echoed_late,
-)
+from network import OPERATIONAL, PRE_OP, PRE_OPERATIONAL, RESET_COMMUNICATION, START, Follower, Network, echoed_late
 from network_sessions import NODE, OTHER, SESSIONS
 from sdo_wire import Channel, block_download, block_upload, expedited_upload, segmented_upload
 

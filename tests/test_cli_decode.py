@@ -42,11 +42,7 @@ def _live(directory: Path) -> subprocess.Popen[bytes]:
 def test_broken_pipe_ends_quietly(tmp_path: Path) -> None:
     (tmp_path / "long.log").write_text(NOTES * 5000)
     process = subprocess.Popen(
-        command("decode", "long.log"),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        cwd=tmp_path,
-        env=environment(),
+        command("decode", "long.log"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=tmp_path, env=environment()
     )
     assert process.stdout and process.stderr
     assert process.stdout.readline().startswith(b"can1  60A")

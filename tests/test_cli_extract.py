@@ -78,11 +78,7 @@ def test_a_hole_is_filled_and_listed(tmp_path: Path) -> None:
         "file": "a.bin.incomplete",
         "size": 9,
         "fill": "00",
-        "holes": [
-            {"offset": 2, "length": 3},
-            {"offset": 7, "length": None},
-            {"offset": 9, "length": 4},
-        ],
+        "holes": [{"offset": 2, "length": 3}, {"offset": 7, "length": None}, {"offset": 9, "length": 4}],
     }
     assert (files.written, files.holed) == (1, 1)
 

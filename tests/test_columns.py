@@ -167,10 +167,7 @@ def same_findings(said: list[Row], table: _core.Table) -> None:
     for row, finding in zip(rows_of(table), said, strict=True):
         expected = {key: value for key, value in finding.items() if key not in {"kind", "t"}}
         facts = json.loads(row["facts"])
-        assert row | {"facts": facts} == expected | {
-            "t_ns": ns(finding["t"]),
-            "index": hexadecimal(finding["index"]),
-        }
+        assert row | {"facts": facts} == expected | {"t_ns": ns(finding["t"]), "index": hexadecimal(finding["index"])}
 
 
 def states(frame: Row) -> Row | None:
@@ -473,7 +470,7 @@ def log(count: int, bus: str = "can0", can_id: str = "701", data: str = "05") ->
 def test_batches_end() -> None:
     batches = batches_of([log(2 * BATCH + 5)], ["frames", "states"])
     assert [(name, len(batch)) for name, batch in batches] == [
-        *(("frames", BATCH), ("frames", BATCH), ("frames", 5), ("states", 1)),
+        *(("frames", BATCH), ("frames", BATCH), ("frames", 5), ("states", 1))
     ]
     table = _core.Table([batch for name, batch in batches if name == "frames"])
     assert len(table) == pa.table(table).num_rows == 2 * BATCH + 5

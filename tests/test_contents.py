@@ -14,15 +14,7 @@ from pathlib import Path
 import pytest
 from captures import EDS, SAMPLES, CanFrame, log_text, spaced
 from conftest import Runner
-from sdo_wire import (
-    Channel,
-    block_download,
-    block_upload,
-    crc,
-    expedited_upload,
-    segmented_download,
-    segmented_upload,
-)
+from sdo_wire import Channel, block_download, block_upload, crc, expedited_upload, segmented_download, segmented_upload
 
 from canalyze.reports.extract import recognised
 

@@ -189,10 +189,7 @@ def test_leading_zeros() -> None:
 
 def test_demo_device_maps_what_its_manual_says() -> None:
     found = load(str(SHARED / "eds/canopennode_demodevice.eds"))
-    assert [(m.index, m.sub, m.offset, m.bits) for m in found.pdos[4].mapped] == [
-        (0x6000, 1, 0, 8),
-        (0x6000, 2, 8, 8),
-    ]
+    assert [(m.index, m.sub, m.offset, m.bits) for m in found.pdos[4].mapped] == [(0x6000, 1, 0, 8), (0x6000, 2, 8, 8)]
     assert [(pdo.direction, pdo.cob_id.at(4)) for pdo in found.pdos if pdo.cob_id.valid] == [
         ("rpdo", 0x204),
         ("rpdo", 0x304),

@@ -34,9 +34,7 @@ LEFT_OUT = {"without a node": {"NMT006"}, "one direction": HEARTBEATS, "one iden
 boot-up has no reason."""
 LACKING = {"CAP007", "CAP009", "HBT001", "HBT002", "SDO002", "SDO008"}
 """What is true of a capture where nothing announces what it lacks: no response, no heartbeat, no end is in it."""
-BESIDE = {
-    "b6-sdo-block-retransmission": "segments were lost on this bus: its parts can be read in more than one way",
-}
+BESIDE = {"b6-sdo-block-retransmission": "segments were lost on this bus: its parts can be read in more than one way"}
 """Sessions whose faults hide what a part of them is."""
 
 

@@ -320,7 +320,7 @@ def test_names_of_signals() -> None:
         ]
     )
     assert list(message.names("wide/1", first).values()) == [
-        *("Speed", "speed_2", "Motor_speed_1", "frame_2", "_2000_00", "_2000h_01", "mode", "mode__raw"),
+        *("Speed", "speed_2", "Motor_speed_1", "frame_2", "_2000_00", "_2000h_01", "mode", "mode__raw")
     ]
     second = pa.schema(
         [field("SPEED", pa.float64(), "rpm"), field("Speed", pa.int16(), "1/s"), field("mode", pa.bool_())]
@@ -416,7 +416,7 @@ def test_names() -> None:
     assert name_of("..log") == "capture"
     assert name_of("记录.asc") == "记录"
     assert [form_of(name) for name in ("x.PARQUET", "x.arrow", "lake", "x.d/", "x.json")] == [
-        *("parquet", "arrow", FOLDER, FOLDER, None),
+        *("parquet", "arrow", FOLDER, FOLDER, None)
     ]
 
 

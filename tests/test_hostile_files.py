@@ -327,9 +327,7 @@ def test_a_description_without_end_is_one_line(tmp_path: Path, name: str) -> Non
 
 
 @pytest.mark.parametrize(
-    "text",
-    ["a\nb", "a\rb\r\nc", "a\r\r\nb\r\r", "\r", "\n", "", "a\n\r\nb\r", "a\r\r\r\n\r\rb"],
-    ids=repr,
+    "text", ["a\nb", "a\rb\r\nc", "a\r\r\nb\r\r", "\r", "\n", "", "a\n\r\nb\r", "a\r\r\r\n\r\rb"], ids=repr
 )
 def test_lines_end_as_any_system_ends_them(text: str) -> None:
     keyed = "[1000]\nParameterName=x\nDataType=7\nAccessType=ro\n" + text

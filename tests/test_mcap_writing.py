@@ -238,12 +238,7 @@ def test_states_that_uploads_show() -> None:
         (8, 0x0022),
         (10, 0x0231),
     ]
-    assert [one.message.state for one in shown] == [
-        "ready to switch on",
-        "operation enabled",
-        "",
-        "ready to switch on",
-    ]
+    assert [one.message.state for one in shown] == ["ready to switch on", "operation enabled", "", "ready to switch on"]
 
 
 def test_events(decoded: tuple[Path, bytes], canalyze: Runner) -> None:

@@ -375,8 +375,7 @@ def test_heartbeats_slower_than_1017h() -> None:
 
 
 @pytest.mark.parametrize(
-    ("count", "before_ms", "said"),
-    [(1, 40, ["PDO002"]), (5, 40, ["PDO002"]), (6, 40, []), (30, 40, []), (1, 5, [])],
+    ("count", "before_ms", "said"), [(1, 40, ["PDO002"]), (5, 40, ["PDO002"]), (6, 40, []), (30, 40, []), (1, 5, [])]
 )
 def test_tpdos_between_a_boot_up_and_the_start(count: int, before_ms: int, said: list[str]) -> None:
     """A few are a fault; a node that sends many has started itself, and the command may be listed late."""

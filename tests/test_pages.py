@@ -56,8 +56,7 @@ def test_generated_pages_are_current(topic: str, lang: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "example",
-    ["sh\ncanalyze decode --no-such all-well.log", "sh\ncanalyze decode missing.log", "python\nassert False"],
+    "example", ["sh\ncanalyze decode --no-such all-well.log", "sh\ncanalyze decode missing.log", "python\nassert False"]
 )
 def test_an_example_that_fails_is_noticed(example: str, tmp_path: Path) -> None:
     page = tmp_path / "page.md"

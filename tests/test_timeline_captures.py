@@ -32,12 +32,7 @@ from canalyze.words import Words
 NETWORKS = sorted((SAMPLES / "network").glob("*.log"))
 OTHERS = [SAMPLES / name for name in ("services.log", "zephyr-sdo.log", "sdo-abort.log", "two-nodes-interleaved.log")]
 DATES_NS = 631_152_000 * 10**9
-NMT = {
-    "00": ("pre-operational",),
-    "04": ("stopped",),
-    "05": ("operational",),
-    "7F": ("pre-operational",),
-}
+NMT = {"00": ("pre-operational",), "04": ("stopped",), "05": ("operational",), "7F": ("pre-operational",)}
 
 
 class Shown:

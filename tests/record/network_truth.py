@@ -16,13 +16,7 @@ from typing import Any, Protocol
 
 Sent = Mapping[int, deque[tuple[bytes, dict[str, Any]]]]
 
-COMMANDS = {
-    0x01: "start",
-    0x02: "stop",
-    0x80: "enter pre-operational",
-    0x81: "reset node",
-    0x82: "reset communication",
-}
+COMMANDS = {0x01: "start", 0x02: "stop", 0x80: "enter pre-operational", 0x81: "reset node", 0x82: "reset communication"}
 STATES = {0x00: "boot-up", 0x04: "stopped", 0x05: "operational", 0x7F: "pre-operational"}
 LSS = {
     0x04: "switch state global",

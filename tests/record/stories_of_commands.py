@@ -151,9 +151,7 @@ def start_without_effect(p: Plant) -> Tale:
     """t25: a node refuses to start while its error register is not 0."""
     p.io(2, "heartbeat 300 ms")
     device = p.io(
-        6,
-        "heartbeat 300 ms; refuses NMT start while its error register is not 0",
-        habits=Habits(refuses_start=True),
+        6, "heartbeat 300 ms; refuses NMT start while its error register is not 0", habits=Habits(refuses_start=True)
     )
     p.drive(4, "heartbeat 300 ms, monitors 127 with 900 ms (preset)", consumers=[(127, 900)])
     p.heartbeat()

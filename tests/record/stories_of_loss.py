@@ -256,10 +256,7 @@ def sync_producer_dead(p: Plant) -> Tale:
     seen = [log.first(emcy(3, 0x8700), died), log.first(emcy(4, 0x8100), died)]
     last = log.last(of(2), died + 0.02)
     last_sync = log.last(on(0x080), died + 0.02)
-    stories = [
-        Seen(max(last, last_sync), min(seen), None, [last, last_sync]),
-        Seen(last_sync, min(seen)),
-    ]
+    stories = [Seen(max(last, last_sync), min(seen), None, [last, last_sync]), Seen(last_sync, min(seen))]
     stories.append(
         Seen(
             min(seen),

@@ -38,10 +38,7 @@ def flapping(p: Plant) -> Tale:
                 log.last(of(3), gone[0] + 0.01),
                 seen[0],
                 log.first(of(3), back[2]),
-                [
-                    *[log.last(of(3), when + 0.01) for when in gone],
-                    *[log.first(of(3), when) for when in back],
-                ],
+                [*[log.last(of(3), when + 0.01) for when in gone], *[log.first(of(3), when) for when in back]],
             ),
             Seen(seen[0], seen[0], log.all(emcy(2, 0x0000), began)[-1], [*seen, *log.all(emcy(2, 0x0000), began)]),
         ],

@@ -8,16 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from network_nodes import (
-    OPERATIONAL,
-    STATUSWORDS,
-    TRANSITIONS,
-    U8,
-    U16,
-    U32,
-    Object,
-    command_of,
-)
+from network_nodes import OPERATIONAL, STATUSWORDS, TRANSITIONS, U8, U16, U32, Object, command_of
 from story_nodes import Mapping, Rows, StoryDevice
 
 AXIS_STEP = 0x800
