@@ -18,7 +18,7 @@ import sqlite3
 import subprocess
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 from typing import Any
@@ -40,6 +40,7 @@ from canalyze.running.options import SessionOptions
 PROBLEMS = SAMPLES / "problems.log"
 TSC = shutil.which("tsc")
 HOSTILE = '</script><script>window.hacked=1</script><img src=x onerror="window.hacked=2">'
+STEPS = (TESTS / "web" / "steps.js").read_text(encoding="utf-8")
 LOADED: set[str] = set()
 """The pages that tests have opened."""
 CHECKED = 'document.body.dataset.state === "opened"'
@@ -78,6 +79,11 @@ def browser(request: pytest.FixtureRequest) -> Iterator[Browser]:
             yield one
 
 
+def step(browser: Browser, name: str, *given: Any) -> Any:
+    """Call a function of `web/steps.js` in the page; give what it returns."""
+    return browser.run(f"{STEPS}\nreturn {name}(...arguments);", *given)
+
+
 def opened(browser: Browser, page: Path, *captures: Path) -> None:
     """Open the page and a capture in it."""
     browser.open(page)
@@ -96,31 +102,20 @@ def again(browser: Browser, *files: Path) -> None:
 
 def described_for(browser: Browser, name: str, nodes: str) -> None:
     """Type the nodes of a description."""
-    script = """const chips = [...document.querySelectorAll("#descriptions .chip")];
-        const chip = chips.find((one) => one.querySelector("b").textContent === arguments[0]);
-        const field = chip.querySelector("input");
-        field.value = arguments[1];
-        field.dispatchEvent(new Event("change"));"""
-    browser.run(script, name, nodes)
+    step(browser, "describe", name, nodes)
 
 
-def saved(browser: Browser, act: str, *given: Any) -> tuple[str, str]:
-    """Run a script that saves a file; give its name and its text."""
-    browser.run("""window.saved = null;
-        window.made ??= URL.createObjectURL;
-        URL.createObjectURL = (blob) => {
-          blob.text().then((text) => { window.saved = text; });
-          return window.made(blob);
-        };
-        HTMLAnchorElement.prototype.click = function () { window.named = this.download; };""")
-    browser.run(act, *given)
+def saved(browser: Browser, form: str) -> tuple[str, str]:
+    """Save what is shown; give the file's name and its text."""
+    return saved_by(browser, lambda: step(browser, "save", form))
+
+
+def saved_by(browser: Browser, act: Callable[[], object]) -> tuple[str, str]:
+    """Do something that saves a file; give its name and its text."""
+    step(browser, "keepSaved")
+    act()
     browser.wait("window.saved !== null")
     return browser.run("return window.named"), browser.run("return window.saved")
-
-
-SAVE = """const box = document.querySelector("#save");
-    box.value = arguments[0];
-    box.dispatchEvent(new Event("change"));"""
 
 
 def text(browser: Browser, selector: str) -> str:
@@ -138,11 +133,7 @@ def rows(browser: Browser) -> list[int]:
 
 def filtered(browser: Browser, expression: str) -> str:
     """Type a filter; give what is said of it."""
-    script = """const form = document.querySelector("#filter");
-        form.querySelector("input").value = arguments[0];
-        form.querySelector("output").textContent = "";
-        form.requestSubmit();"""
-    browser.run(script, expression)
+    step(browser, "filter", expression)
     said = 'document.querySelector("#filter output").textContent'
     browser.wait(f'{said} && !{said}.startsWith("reading")', 30)
     found: str = browser.run(f"return {said}")
@@ -176,14 +167,10 @@ def test_types_are_checked_of_every_file(part: str) -> None:
 
 def test_what_is_dropped_is_diagnosed(browser: Browser, empty: Path) -> None:
     browser.open(empty)
-    script = """const [name, data] = arguments;
-        const files = new DataTransfer();
-        files.items.add(new File([Uint8Array.from(atob(data), (one) => one.charCodeAt(0))], name));
-        document.dispatchEvent(new DragEvent("drop", {dataTransfer: files, bubbles: true, cancelable: true}));"""
-    browser.run(script, "problems.log", base64.b64encode(PROBLEMS.read_bytes()).decode())
+    step(browser, "drop", "problems.log", base64.b64encode(PROBLEMS.read_bytes()).decode())
     browser.wait(CHECKED)
     found = diagnosed(PROBLEMS.read_bytes())
-    shown = browser.run('return [...document.querySelectorAll(".problem .words")].map((one) => one.textContent)')
+    shown = step(browser, "texts", ".problem .words")
     assert shown == [one["message"] for one in found.incidents]
     assert text(browser, "#verdict") == found.whole["verdict"]["text"] == "✖ 1 open problem, 1 ended, 1 harmless"
     assert text(browser, "#extent").startswith(found.whole["extent"])
@@ -238,9 +225,7 @@ def test_frames_are_filtered_as_on_the_command_line(browser: Browser, empty: Pat
     assert browser.run('return document.querySelector("#filter input").value') == ""
     assert browser.run('return document.querySelector("#all").hidden')
     assert filtered(browser, "node=5") != filtered(browser, "") == "175 frames"
-    browser.run(
-        'document.querySelector("#filter input").value = "#150"; document.querySelector("#filter").requestSubmit()'
-    )
+    step(browser, "ask", "#150")
     browser.wait('document.querySelector(".row.chosen")?.dataset.frame === "150"')
 
 
@@ -251,7 +236,7 @@ def test_both_languages_are_a_switch_away(browser: Browser, empty: Path) -> None
     browser.click("#language")
     browser.wait(CHECKED)
     found = diagnosed(PROBLEMS.read_bytes(), lang="zh")
-    shown = browser.run('return [...document.querySelectorAll(".problem .words")].map((one) => one.textContent)')
+    shown = step(browser, "texts", ".problem .words")
     assert shown == [one["message"] for one in found.incidents]
     browser.wait('document.querySelector(".row.chosen")?.dataset.frame === "126"')
     browser.wait('document.querySelector("#detail pre")?.textContent.includes("节点9的心跳")')
@@ -274,12 +259,7 @@ def test_a_chinese_page_has_no_english_word(browser: Browser, tmp_path: Path) ->
     page.write_bytes(html.page("zh", {}))
     browser.open(page)
     LOADED.add(page.as_uri())
-    browser.run("""window.drawn = [];
-        const draw = CanvasRenderingContext2D.prototype.fillText;
-        CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
-          window.drawn.push(text);
-          return draw.call(this, text, ...rest);
-        };""")
+    step(browser, "keepDrawn")
     shown = [browser.run("return document.body.innerText")]
     capture = SAMPLES / "network" / "sync-and-pdos.log"
     again(browser, capture)
@@ -293,10 +273,7 @@ def test_a_chinese_page_has_no_english_word(browser: Browser, tmp_path: Path) ->
     assert any(text.startswith("驱动器 节点5") for text in lanes)
     assert not any(re.match(r"(nmt|drive|sdo|emcy|value)\b", text) for text in lanes)
     for tag in ("title", "placeholder", "aria-label"):
-        shown += browser.run(
-            "return [...document.querySelectorAll(`[${arguments[0]}]`)].map((one) => one.getAttribute(arguments[0]))",
-            tag,
-        )
+        shown += step(browser, "attributes", tag)
     said = "\n".join([*shown, *lanes]).replace(capture.name, "").replace("vcan0", "")
     assert set(re.findall(r"[A-Za-z]{2,}", ABBREVIATIONS.sub("", FILTERS.sub("", said)))) == set()
 
@@ -338,8 +315,7 @@ def test_tables_are_searched_and_lead_to_frames(browser: Browser, empty: Path) -
     session.finish()
     count = sum(batch.num_rows for _, batch in session.batches(flush=True))
     assert text(browser, "#objects .quiet") == f"{count} of {count} rows"
-    browser.run("""const field = document.querySelector("#objects input");
-        field.value = "no such object"; field.dispatchEvent(new Event("input"));""")
+    step(browser, "searchObjects", "no such object")
     browser.wait('document.querySelectorAll("#objects tbody tr").length === 0')
     browser.click('[data-panel="nodes"]')
     assert browser.run('return document.querySelectorAll("#nodes tr").length') == len(
@@ -356,31 +332,20 @@ def test_signals_are_drawn(browser: Browser, empty: Path) -> None:
     browser.wait('document.querySelector("#plots input[type=checkbox]")', 60)
     browser.run('document.querySelector("#plots input[type=checkbox]").click()')
     browser.wait('document.querySelector("#plots canvas")?.width > 0')
-    drawn = """const canvas = document.querySelector("#plots canvas");
-        const {data} = canvas.getContext("2d").getImageData(60, 20, canvas.width - 60, canvas.height - 20);
-        let count = 0;
-        for (let at = 3; at < data.length; at += 4) count += data[at] > 0;
-        return count;"""
     end = time.monotonic() + 20
-    while browser.run(drawn) < 50:
+    while step(browser, "plotted") < 50:
         assert time.monotonic() < end, "nothing is drawn"
         time.sleep(0.05)
 
 
 def test_lanes_lead_to_frames_and_zoom(browser: Browser, empty: Path) -> None:
     opened(browser, empty, PROBLEMS)
-    script = """const canvas = document.querySelector("#lanes canvas");
-        const box = canvas.getBoundingClientRect();
-        const [clientX, clientY] = [box.left + arguments[0], box.top + arguments[1]];
-        const at = {clientX, clientY, pointerId: 1, bubbles: true, cancelable: true};
-        canvas.setPointerCapture = () => {};
-        for (const kind of ["pointerdown", "pointerup"]) canvas.dispatchEvent(new PointerEvent(kind, at));"""
     browser.wait('document.querySelector(".row.chosen")')
-    browser.run(script, 600, 90)
+    step(browser, "pressLanes", 600, 90)
     browser.wait('document.querySelector(".row.chosen")?.dataset.frame !== "126"')
     middle = int(browser.run('return document.querySelector(".row.chosen").dataset.frame'))
     assert 20 < middle < 160
-    browser.run(script, 600, 44)
+    step(browser, "pressLanes", 600, 44)
     browser.wait('document.querySelector("#problem-2.chosen")')
 
 
@@ -478,7 +443,7 @@ def test_several_captures_are_listed(browser: Browser, empty: Path) -> None:
     browser.wait(CHECKED)
     assert text(browser, "#verdict").startswith("✖ 1 open problem")
     browser.click("#back")
-    assert browser.run('return [...document.querySelectorAll("#index .frame")].map((one) => one.textContent)') == [
+    assert step(browser, "texts", "#index .frame") == [
         "problems.log",
         "sdo-abort.log",
         "HBT002.clean.log",
@@ -575,14 +540,14 @@ def test_descriptions_are_dropped_before_and_behind_the_capture(
     again(browser, capture)
     with_drive = written("--eds", f"5={drive}")
     assert with_drive != written()
-    assert saved(browser, SAVE, "text") == ("sync-and-pdos.log.txt", with_drive)
+    assert saved(browser, "text") == ("sync-and-pdos.log.txt", with_drive)
 
     browser.run('document.body.dataset.state = ""')
     described_for(browser, "io.eds", "vcan0:6")
     browser.wait(CHECKED)
     with_both = written("--eds", f"5={drive}", "--eds", f"vcan0:6={io}")
     assert with_both != with_drive
-    assert saved(browser, SAVE, "text")[1] == with_both
+    assert saved(browser, "text")[1] == with_both
     again(browser, EDS / "encoder.eds", capture)
     browser.run('document.body.dataset.state = ""')
     described_for(browser, "encoder.eds", "7")
@@ -596,8 +561,8 @@ def test_descriptions_are_dropped_before_and_behind_the_capture(
     browser.click("#descriptions .chip button")
     browser.wait(CHECKED)
     wanted = written("--eds", f"vcan0:6={io}", "--eds", f"7={EDS / 'encoder.eds'}")
-    assert saved(browser, SAVE, "text")[1] == wanted
-    assert browser.run('return [...document.querySelectorAll("#descriptions b")].map((one) => one.textContent)') == [
+    assert saved(browser, "text")[1] == wanted
+    assert step(browser, "texts", "#descriptions b") == [
         "io.eds",
         "encoder.eds",
     ]
@@ -625,7 +590,7 @@ def test_a_description_that_cannot_be_used_is_one_line(browser: Browser, empty: 
     browser.wait('document.querySelector("#descriptions").innerText.includes("is no node-ID")')
     described_for(browser, "a.eds", "4,9")
     browser.wait('document.querySelector("#descriptions").innerText.includes("node 9 has two")')
-    lines = browser.run('return [...document.querySelectorAll("#descriptions p")].map((one) => one.textContent)')
+    lines = step(browser, "texts", "#descriptions p")
     assert lines == [
         "node 9 has two device descriptions, a.eds and b.dcf; give only one",
         "a.eds: 1 entry not used; see canalyze eds a.eds",
@@ -650,7 +615,7 @@ def test_a_dropped_description_is_taken_before_one_inside_the_page(browser: Brow
     browser.wait(CHECKED)
     given = Known((Description(None, (5,), str(EDS / "drive.eds")),))
     wanted = session_output([capture.read_bytes()], name=capture.name, lang="en", network=network(known, given, None))
-    assert saved(browser, SAVE, "text")[1] == wanted.decode()
+    assert saved(browser, "text")[1] == wanted.decode()
     assert wanted != session_output([capture.read_bytes()], lang="en", network=network(known, Known(), None))
 
 
@@ -665,7 +630,7 @@ def test_the_configuration_of_a_node_is_saved_as_dcf(
     browser.click('[data-panel="objects"]')
     button = '[...document.querySelectorAll("#objects button")].find((one) => one.textContent === "DCF node 5")'
     browser.wait(f"{button} !== undefined")
-    name, content = saved(browser, f"{button}.click()")
+    name, content = saved_by(browser, lambda: browser.run(f"{button}.click()"))
     made = tmp_path / "node5.dcf"
     done = canalyze("od", str(capture), "--node", "5", "--dcf", str(made), "--eds", f"5={eds}", "--lang", "en")
     assert (name, content) == (made.name, made.read_bytes().decode())
@@ -718,14 +683,7 @@ def test_no_request_leaves(browser: Browser, empty: Path) -> None:
     with _Server(("127.0.0.1", 0), _Handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         address = f"http://127.0.0.1:{server.server_port}/"
-        script = """window.refused = 0;
-            document.addEventListener("securitypolicyviolation", () => { window.refused += 1; });
-            fetch(arguments[0]).catch(() => {});
-            new Image().src = arguments[0];
-            const script = document.createElement("script");
-            script.textContent = "window.hacked = 1";
-            document.body.append(script);"""
-        browser.run(script, address)
+        step(browser, "request", address)
         browser.wait("window.refused >= 3")
         time.sleep(0.2)
         assert server.asked == 0
@@ -786,13 +744,13 @@ def test_it_saves_what_convert_writes(chromium_browser: Chromium, empty: Path) -
     filtered(browser, "node=5")
     label = 'return document.querySelector("#save option").textContent'
     assert browser.run(label) == "Save filtered…"
-    name, content = saved(browser, SAVE, "candump")
+    name, content = saved(browser, "candump")
     wanted = [one for one in read_log(PROBLEMS.read_bytes()) if one.can_id & 0x7F == 5]
     assert log_text(read_log(content.encode())) == log_text(wanted)
     assert name == "problems.log.log"
     filtered(browser, "heartbeat")
     assert browser.run(label) == "Save all…"
-    assert log_text(read_log(saved(browser, SAVE, "candump")[1].encode())) == log_text(read_log(PROBLEMS.read_bytes()))
+    assert log_text(read_log(saved(browser, "candump")[1].encode())) == log_text(read_log(PROBLEMS.read_bytes()))
 
 
 def resident_mb() -> int:
@@ -820,28 +778,16 @@ def test_a_million_frames(empty: Path, tmp_path: Path) -> None:
     capture.write_text("".join(f"{line.rstrip()}\n" for line in capture_lines(1_000_000)))
     with chromium() as browser:
         browser.open(empty)
-        browser.run("""window.tasks = [0];
-            const noted = (list) => { for (const one of list.getEntries()) window.tasks.push(one.duration); };
-            new PerformanceObserver(noted).observe({type: "longtask"});""")
+        step(browser, "keepTasks")
         again(browser, capture)
         assert browser.run("return document.body.dataset.state") == "opened"
         assert "1000000 frames" in text(browser, "#extent")
         # About 60 ms where nothing else runs: at most 100 are wanted.
         assert browser.run("return Math.max(...window.tasks)") < 300
-        browser.run("""window.longest = 0;
-            let last = performance.now();
-            (function tick() {
-              const now = performance.now();
-              window.longest = Math.max(window.longest, now - last);
-              last = now;
-              setTimeout(tick);
-            })();""")
+        step(browser, "keepLongest")
         assert re.fullmatch(r"\d+ frames", filtered(browser, "service=sdo node=5"))
         shown = filtered(browser, "service=heartbeat")
-        browser.run("""const form = document.querySelector("#filter");
-            form.querySelector("input").value = "service=pdo";
-            form.requestSubmit();
-            document.querySelector("#cancel").click();""")
+        step(browser, "askAndCancel", "service=pdo")
         browser.wait('!document.querySelector("#filter output").textContent.startsWith("reading")')
         assert browser.run('return document.querySelector("#filter output").textContent') == shown
         assert browser.run('return document.querySelector("#filter input").value') == "service=heartbeat"
@@ -851,12 +797,9 @@ def test_a_million_frames(empty: Path, tmp_path: Path) -> None:
         for end, frame in (("1e9", 1_000_000), ("0", 1)):
             browser.run(f'document.querySelector("#frames").scrollTop = {end}')
             browser.wait(f'[...document.querySelectorAll(".row")].some((row) => row.dataset.frame === "{frame}")')
-        asked = """const form = document.querySelector("#filter");
-            form.querySelector("input").value = arguments[0];
-            form.requestSubmit();"""
         wanted = random.Random(1).sample(range(1, 1_000_000), 5)
         for frame in wanted:
-            browser.run(asked, f"#{frame}")
+            step(browser, "ask", f"#{frame}")
             browser.wait(f'document.querySelector(".row.chosen")?.dataset.frame === "{frame}"')
         assert browser.run("return window.longest") < 500, "the page is blocked"
         assert resident_mb() < 420
