@@ -6,173 +6,24 @@
 import ast
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 from captures import TESTS
 
 PACKAGE = TESTS.parent / "canalyze"
-SAID = {"errors", "words"}
-READ = {*SAID, "_core", "sources"}
-PASS = {*READ, "configuration.options", "output", "running.passes", "running.run"}
-MAY_USE: dict[str, set[str]] = {
-    "words": {"_core"},
-    "configuration": set(),
-    "running": set(),
-    "output.layout": set(),
-    "examples": set(),
-    "values": set(),
-    "records": {"values"},
-    "pages": set(),
-    "configuration.network": {"_core"},
-    "errors": {"words"},
-    "output.jsonl": set(),
-    "configuration.bounded": {"_core", "errors"},
-    "output.writing": set(),
-    "output": {*SAID, "_core", "output.layout", "output.writing"},
-    "sources": {*READ, "values"},
-    "sinks": {*READ, "output", "values"},
-    "running.reading": {*READ, "records"},
-    "running.options": {"_core"},
-    "dictionary": {*READ, "configuration.network", "records"},
-    "configuration.descriptions": {*SAID, "_core", "dictionary", "configuration.network", "output"},
-    "configuration.config": {*SAID, "_core", "check.policy", "configuration.bounded", "configuration.network"},
-    "expectations": {
-        *SAID,
-        "_core",
-        "configuration.bounded",
-        "sources.names",
-        "output.layout",
-        "output",
-        "records",
-    },
-    "running.pool": {"errors"},
-    "running.recording": {*READ, "sinks", "output.writing", "running.options"},
-    "running.listening": {
-        *READ,
-        "configuration.config",
-        "configuration.network",
-        "configuration.options",
-        "running.recording",
-    },
-    "running.viewing": {
-        *PASS,
-        "configuration.config",
-        "configuration.network",
-        "timeline",
-        "output.writing",
-    },
-    "running.beforehand": {
-        *READ,
-        "configuration.config",
-        "configuration.descriptions",
-        "configuration.network",
-        "configuration.options",
-        "dictionary",
-        "output",
-        "records",
-        "reports",
-        "running.run",
-    },
-    "running.passes": {*PASS, "output.help"},
-    "running.diagnosing": {*PASS, "html", "output.jsonl", "records", "reports", "values"},
-    "running.listing": {*PASS, "records", "reports", "running.listening", "running.viewing"},
-    "running.run": {*READ, "configuration.options", "output", "running.reading"},
-    "configuration.options": {
-        *READ,
-        "configuration.config",
-        "configuration.descriptions",
-        "configuration.network",
-        "output",
-        "running.options",
-        "running.run",
-    },
-    "output.help": {
-        *SAID,
-        "output",
-        "output.layout",
-        "configuration.config",
-        "configuration.options",
-        "running.beforehand",
-    },
-    "check.verdict": {"records"},
-    "check.baseline": {*SAID, "configuration.bounded", "records", "output.jsonl"},
-    "check.policy": {"check.baseline", "check.verdict", "records", "sources.names"},
-    "check": {
-        *READ,
-        "configuration.descriptions",
-        "expectations",
-        "records",
-        "configuration.network",
-        "configuration.options",
-        "output",
-        "running.pool",
-        "running.run",
-    },
-    "fleet": {
-        *READ,
-        "check",
-        "configuration.descriptions",
-        "configuration.options",
-        "expectations",
-        "exporting",
-        "records",
-        "output",
-        "output.jsonl",
-        "output.writing",
-        "reports",
-        "running.pool",
-        "running.run",
-    },
-    "library": {
-        *READ,
-        "dictionary",
-        "html",
-        "output",
-        "sinks",
-        "values",
-        "configuration.config",
-        "configuration.descriptions",
-        "expectations",
-        "records",
-        "configuration.network",
-        "running.options",
-        "running.reading",
-        "reports",
-    },
-    "reports": {
-        *READ,
-        "values",
-        "check.verdict",
-        "dictionary",
-        "records",
-        "output.jsonl",
-        "output.layout",
-        "html",
-        "library",
-        "output",
-        "output.writing",
-    },
-    "html": {*SAID, "dictionary", "running.reading", "sources"},
-    "timeline": {*SAID, "_core", "output.layout", "output", "records", "reports", "output.writing", "values"},
-    "exporting": {*SAID, "_core", "library", "output", "output.writing", "records", "values"},
-    "agents": {*SAID, "library", "output", "output.jsonl", "configuration.network", "sources.names"},
-    "monitor": {*READ, "output.layout", "output", "records", "running.reading"},
-    "monitor.opening": {
-        *READ,
-        "configuration.options",
-        "monitor",
-        "output",
-        "running.listening",
-        "running.reading",
-        "sinks",
-    },
-    "pytest_plugin": {*SAID, "records", "library", "output", "output.writing"},
-}
-"""A part, or a file of one, and what it may use; its own folder always but where a file of it has a row.
+TABLE = tomllib.loads((TESTS / "layers.toml").read_text(encoding="utf-8"))
 
-What has no row, the commands and what starts them, may use everything.
-"""
+
+def parts(names: str) -> set[str]:
+    """Returns the parts that a row names, by themselves or by a group of them."""
+    groups: dict[str, str] = TABLE["groups"]
+    return {part for name in names.split() for part in (parts(groups[name]) if name in groups else {name})}
+
+
+MAY_USE = {row: parts(names) for row, names in TABLE["may_use"].items()}
+"""A part, or a file of one, and what it may use."""
 
 
 def imports(path: Path, *, typing: bool = True) -> set[str]:
