@@ -9,38 +9,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from captures import SAMPLES, Row, described_beside, session_output
+from captures import DATA, SAMPLES, Row, described_beside, session_output
 
 from canalyze import _core
 from canalyze.running.options import SessionOptions
 
 SOURCE = Path(__file__).parent.parent / "canalyze/core/src/views/monitor"
-TRANSFER = {"transfer", "bus", "node", "direction", "mode", "index", "sub", "name", "size"}
 KEYS = {
-    "": {"now_ns", "start_ns", "tally", "buses", "nodes", "objects", "objects_more", "transfers", "findings"}
-    | {"problems", "problems_more"},
-    "buses": {
-        *("name", "frames", "frames_per_s", "bits_per_s", "bit_rate", "load_percent", "error_frames", "dropped"),
-        "state",
-    },
-    "nodes": {
-        *("bus", "node", "name", "state", "state_text", "frames", "sent", "frames_per_s", "heartbeat_age_ns"),
-        *("heartbeat_period_ns", "silent", "guarded", "emcy", "boot_ups", "drive", "findings"),
-        *("problem", "unknown"),
-    },
-    "objects": {
-        *("bus", "id", "ext", "rtr", "service", "node", "name", "count", "last_ns", "period_ns", "jitter_ns", "rate"),
-        *("len", "data", "changed", "text", "severity"),
-    },
-    "running": TRANSFER | {"bytes", "since_ns"},
-    "done": TRANSFER | {"value", "text", "status", "abort", "first_frame", "last_frame", "t_ns", "duration_ns"},
-    "findings": {"code", "severity", "frame", "t_ns", "bus", "node", "text", "count"},
-    "emcy": {"code", "text", "t_ns", "active"},
-    "problems": {
-        *("id", "kind", "word", "status", "provisional", "impact", "grade", "bus", "node", "nodes", "frame", "t_ns"),
-        *("noticed", "end_frame", "end_ns", "depth", "cause", "cause_grade", "delay_ns", "text", "checks", "count"),
-    },
-    "problem": {"id", "word", "provisional"},
+    place: set(keys.split())
+    for place, keys in (line.split(": ") for line in (DATA / "monitor_keys.txt").read_text().splitlines())
 }
 CAPTURES = sorted(
     path.relative_to(SAMPLES).as_posix()
@@ -141,7 +118,7 @@ def check_transfers(shown: dict[str, Any], rows: list[Row], transfers: list[Row]
     done = shown["transfers"]["done"]
     assert len(done) == min(len(transfers), DONE)
     for row, one in zip(done, transfers[-DONE:], strict=True):
-        same = (TRANSFER | {"value", "text", "status", "abort", "first_frame", "last_frame"}) - {"bus"}
+        same = KEYS["done"] - {"bus", "t_ns", "duration_ns"}
         assert {key: row[key] for key in same} == {key: one[key] for key in same}
         assert (row["bus"], row["t_ns"]) == (one["bus"] or "", ns(one["t"]))
         assert row["duration_ns"] == ns(one["duration"])
@@ -197,7 +174,7 @@ def test_keys_are_those_that_are_documented() -> None:
     for name, part in parts.items():
         known = None if name == "emergency" else described_beside(SAMPLES / name)
         shown = json.loads(watched(part, name, "en", known, over=False).snapshot())
-        assert set(shown) == KEYS[""] and set(shown["transfers"]) == {"running", "done"}
+        assert set(shown) == KEYS["snapshot"] and set(shown["transfers"]) == {"running", "done"}
         found = {key: shown[key] for key in ("buses", "nodes", "objects", "findings", "problems")} | shown["transfers"]
         found["emcy"] = [node["emcy"] for node in shown["nodes"] if node["emcy"]]
         found["problem"] = [node["problem"] for node in shown["nodes"] if node["problem"]]
@@ -205,7 +182,7 @@ def test_keys_are_those_that_are_documented() -> None:
             seen[kind] += len(rows)
             assert all(set(row) == KEYS[kind] for row in rows), (name, kind)
         assert all(set(node["findings"]) == {"error", "warning"} for node in shown["nodes"])
-    assert set(seen) == KEYS.keys() - {""} and all(seen.values()), seen
+    assert set(seen) == KEYS.keys() - {"snapshot"} and all(seen.values()), seen
     declared = "".join(path.read_text() for path in SOURCE.glob("*.rs"))
     for documented in (declared, (SOURCE.parents[3] / "_core.pyi").read_text()):
         assert all(key in documented for keys in KEYS.values() for key in keys)

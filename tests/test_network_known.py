@@ -187,43 +187,9 @@ def test_defects_beyond_those_kept_are_counted(
     assert "1500 entries not used;" in capfd.readouterr().err
 
 
-TOML = """\
-lang = "en"
-jitter_us = 200
-bitrate = "500k"
-
-[[eds]]
-node = [5, 0x10]
-file = "eds/drive.eds"
-bus = "can1"
-
-[[eds]]
-node = "1-3,7"
-file = "/io.eds"
-
-[[eds]]
-file = "own.dcf"
-
-[[cob]]
-id = "1A5"
-node = 5
-pdo = "TPDO1"
-
-[[sdo]]
-client = "00000640"
-server = "5C0"
-node = 5
-bus = "can0"
-
-[sync]
-period_us = 1000
-window_us = 0.5
-"""
-
-
 def test_canalyze_toml(tmp_path: Path) -> None:
     file = tmp_path / "canalyze.toml"
-    file.write_text(TOML)
+    file.write_bytes((DATA / "network.toml").read_bytes())
     cob = network.cob("1A5=5.TPDO1")
     sdo = network.sdo_channel("can0:00000640,5C0=5")
     assert cob and sdo

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from captures import DATA
 from msgspec.structs import replace
 from report_verdicts import FINDING
 
@@ -213,31 +214,9 @@ def test_baseline_that_is_no_text(tmp_path: Path) -> None:
         baseline.read(str(file))
 
 
-TOML = """\
-[check]
-fail_on = "error"
-select = ["SDO", "hbt"]
-ignore = "SDO005"
-baseline = "known.json"
-
-[[check.override]]
-files = ["captures/**/*.log"]
-nodes = [5, "7-9"]
-bus = "can1"
-codes = ["HBT001", "SDO"]
-severity = "ignore"
-reason = "the old master"
-
-[[check.override]]
-codes = "SYN003"
-severity = "info"
-reason = "jitter of the adapter"
-"""
-
-
 def test_check_of_canalyze_toml(tmp_path: Path) -> None:
     file = tmp_path / "canalyze.toml"
-    file.write_text(TOML)
+    file.write_bytes((DATA / "check.toml").read_bytes())
     held = read(str(file)).check
     assert held == Policy(
         "error",

@@ -8,6 +8,7 @@ from typing import Any
 
 import jsonschema
 import pytest
+from captures import DATA
 from msgspec.structs import replace
 from report_verdicts import BLOCKS, FINDING, hostile, one
 
@@ -15,33 +16,7 @@ from canalyze.check.verdict import Verdict
 from canalyze.reports import hosts
 from canalyze.words import LANGUAGES, Words
 
-SEVERITIES = ["info", "minor", "major", "critical", "blocker"]
-TEXT = {"type": "string", "minLength": 1}
-SCHEMA = {
-    "type": "array",
-    "items": {
-        "type": "object",
-        "required": ["description", "check_name", "fingerprint", "severity", "location"],
-        "properties": {
-            "description": {"type": "string"},
-            "check_name": TEXT,
-            "fingerprint": TEXT,
-            "severity": {"enum": SEVERITIES},
-            "location": {
-                "type": "object",
-                "required": ["path", "lines"],
-                "properties": {
-                    "path": {**TEXT, "not": {"pattern": r"^\./"}},
-                    "lines": {
-                        "type": "object",
-                        "required": ["begin"],
-                        "properties": {"begin": {"type": "integer", "minimum": 1}},
-                    },
-                },
-            },
-        },
-    },
-}
+SCHEMA = json.loads((DATA / "code_quality.schema.json").read_text())
 """As GitLab's documentation has it, "Code Quality report format"."""
 
 

@@ -57,32 +57,7 @@ def test_prose_around_it_is_no_frame_and_no_damage(canalyze: Runner, tmp_path: P
     assert sum(line.startswith('{"kind":"frame"') for line in done.lines) == len(FRAMES)
 
 
-@pytest.mark.parametrize(
-    ("name", "times"),
-    [
-        ("trace window", ["0.000000", "0.001000", "0.002000", "0.003000", "0.004000"]),
-        ("semicolons", ["1800.866", "1801.866", "1802.866", "1803.866", "1804.866"]),
-        ("savvycan", ["166.000000", "166.001000", "166.002000", "166.003000", "166.004000"]),
-        ("zlg", ["141.8226", None, "141.8255", "141.8256", "142.8226"]),
-        ("canpro", ["10.7184", "10.7185", "10.7186", "10.7187", "10.7188"]),
-        ("decimal identifiers", ["0.000", "0.001", "0.002", "0.003", "0.004"]),
-        ("bare", [None] * 5),
-        ("a system's log", [f"3667{n}" for n in range(5)]),
-        ("a robot's log", [f"1614679872.{n}00000000" for n in range(5)]),
-        ("a library's log", [f"1614679872.34{n}" for n in range(5)]),
-        ("names", [f"0.00{n}" for n in range(5)]),
-        ("numbers before it", [f"5538{n}.000" for n in range(5)]),
-        ("half of the day", [f"5538{n}.000" for n in range(5)]),
-        ("objects", [f"0.{n}" for n in range(5)]),
-        ("messages of a library", [f"{n}.5" for n in range(5)]),
-        ("wide signs", [f"3600{n}.000" for n in range(5)]),
-        ("a terminal's stamps before slcan", [f"3600{n}.000" for n in range(5)]),
-        ("slcan with stamps", [f"0.00{n}" for n in range(5)]),
-        ("zlg between blanks", ["0.1000", "0.5096", "0.9192", "1.3288", "1.7384"]),
-        ("zlg without a heading", [f"3600{n}.000" for n in range(5)]),
-        ("a kernel's trace", [f"100.{n}00000" for n in range(5)]),
-    ],
-)
+@pytest.mark.parametrize(("name", "times"), json.loads((DATA / "layout_times.json").read_text()).items())
 def test_times_are_exact(name: str, times: list[str | None]) -> None:
     assert [row["t"] for row in read(LAYOUTS[name])] == times
 

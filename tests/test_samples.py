@@ -6,63 +6,26 @@ The table is the truth of the SDO samples; the goldens beside the samples only f
 from __future__ import annotations
 
 import pytest
-from captures import SAMPLES, Row, decoded, run_canalyze
-
-NAME = b"Zephyr RTOS/CANopenNode".hex().upper()
-TWENTY = bytes(range(20)).hex().upper()
-EIGHT = bytes(range(8)).hex().upper()
-SENTENCE = b"The quick brown fox jumps over the lazy dog; pack my box with five dozen liquor jugs, then rest. END"
+from captures import DATA, SAMPLES, Row, decoded, run_canalyze
 
 Wanted = tuple[str, int, str, str, str, int, str]
 """Bus, node, direction, mode, index, sub, data."""
 
-TRANSFERS: dict[str, list[Wanted]] = {
-    "zephyr-sdo": [("can1", 10, "upload", "segmented", "1008", 0, NAME)],
-    "zephyr-sdo-causal": [("can1", 10, "upload", "segmented", "1008", 0, NAME)],
-    "string-5-bytes": [("can0", 5, "upload", "segmented", "1009", 0, b"V1.23".hex().upper())],
-    "string-100-bytes": [("can0", 33, "upload", "segmented", "2100", 1, SENTENCE.hex().upper())],
-    "sdo-expedited": [
-        ("can0", 10, "upload", "expedited", "2000", 0, "78563412"),
-        ("can0", 10, "upload", "expedited", "2001", 0, "EFBE"),
-        ("can0", 10, "upload", "expedited", "2002", 0, "5A"),
-        ("can0", 10, "download", "expedited", "2000", 0, "0A000000"),
-        ("can0", 10, "download", "expedited", "2001", 0, "3412"),
-        ("can0", 10, "download", "expedited", "2002", 0, "01"),
-    ],
-    "sdo-segmented": [
-        ("can0", 10, "upload", "segmented", "2003", 0, "8877665544332211"),
-        ("can0", 10, "download", "segmented", "2004", 0, TWENTY),
-        ("can0", 10, "download", "segmented", "2003", 0, EIGHT),
-    ],
-    "sdo-block": [
-        ("can0", 10, "upload", "block", "2004", 0, TWENTY),
-        ("can0", 10, "upload", "block", "2004", 0, TWENTY),
-        ("can0", 10, "download", "block", "2004", 0, TWENTY),
-        ("can0", 10, "upload", "block", "2004", 0, TWENTY),
-        ("can0", 10, "upload", "block", "2004", 0, TWENTY),
-        ("can0", 10, "upload", "block", "1008", 0, NAME),
-        ("can0", 10, "upload", "segmented", "1008", 0, NAME),
-        ("can0", 10, "upload", "block", "1008", 0, NAME),
-    ],
-    "roboteq": [
-        ("can0", 1, "download", "expedited", "2003", 2, "0A000000"),
-        ("can0", 12, "download", "expedited", "200C", 0, "01"),
-        ("can0", 1, "upload", "expedited", "210D", 2, "9001"),
-        ("can0", 1, "upload", "expedited", "1000", 0, "00000000"),
-        ("can0", 12, "upload", "expedited", "1000", 0, "00000000"),
-    ],
-    "two-nodes-interleaved": [
-        ("can0", 5, "download", "segmented", "2004", 0, TWENTY),
-        ("can1", 10, "upload", "segmented", "100A", 0, b"2.1.0-rc3".hex().upper()),
-        ("can0", 10, "upload", "segmented", "1008", 0, NAME),
-    ],
-    "services": [
-        ("can0", 10, "download", "expedited", "1A00", 0, "FF"),
-        ("can0", 10, "download", "expedited", "1A01", 0, "FE"),
-        ("can1", 5, "upload", "expedited", "1018", 0, "78563412"),
-    ],
-}
 
+def wanted() -> dict[str, list[Wanted]]:
+    """Returns the transfers by the sample."""
+    found: dict[str, list[Wanted]] = {}
+    for line in (DATA / "sample_transfers.txt").read_text().splitlines()[1:]:
+        if line.startswith("  "):
+            bus, node, way, mode, address, data = line.split()
+            index, _, sub = address.partition(":")
+            found[[*found][-1]].append((bus, int(node), way, mode, index, int(sub, 16), data))
+        else:
+            found[line.removesuffix(":")] = []
+    return found
+
+
+TRANSFERS = wanted()
 ABORTS = ["06010002", "06010001", "06020000", "06090011", "06070012"]
 """The aborts of E8, in the order of sdo-abort.log."""
 LATER_ABORTS = ["05030000", "05030000", "05030000", "06070013", "05040004", "06070012", "05040002", "05040001"]

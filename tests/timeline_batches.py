@@ -6,68 +6,34 @@ What it must not do: stand for what the core says of a capture; tests of that re
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any
 
 import pyarrow as pa
 
+from canalyze import _core
+from canalyze.running.options import SessionOptions
+
 WORDS = pa.dictionary(pa.int32(), pa.string())
-TYPES: dict[str, dict[str, pa.DataType]] = {
-    "listing": {
-        "frame": pa.uint64(),
-        "t_ns": pa.int64(),
-        "cycle": pa.uint64(),
-        "bus": WORDS,
-        "node": pa.uint8(),
-        "service": WORDS,
-        "severity": WORDS,
-        "line": pa.string(),
-    },
-    "lanes": {
-        "lane": WORDS,
-        "t_ns": pa.int64(),
-        "frame": pa.uint64(),
-        "cycle": pa.uint64(),
-        "state": WORDS,
-        "class": WORDS,
-    },
-    "log": {
-        "t_ns": pa.int64(),
-        "frame": pa.uint64(),
-        "cycle": pa.uint64(),
-        "bus": WORDS,
-        "node": pa.uint8(),
-        "level": WORDS,
-        "source": WORDS,
-        "code": WORDS,
-        "text": pa.string(),
-    },
-    "load": {
-        "t_ns": pa.int64(),
-        "frame": pa.uint64(),
-        "cycle": pa.uint64(),
-        "bus": WORDS,
-        "frames": pa.uint32(),
-        "bits": pa.uint64(),
-        "frames_per_s": pa.float64(),
-        "load_percent": pa.float64(),
-    },
-    "sync_cycles": {
-        "cycle": pa.uint64(),
-        "frame": pa.uint64(),
-        "t_ns": pa.int64(),
-        "bus": WORDS,
-        "period_ns": pa.int64(),
-        "window_ns": pa.int64(),
-    },
-}
+
+
+@cache
+def columns(table: str) -> pa.Schema:
+    """The columns that the core gives a table."""
+    session = _core.Session(SessionOptions(format="columns", tables=(table,), lang="en"))
+    session.begin("capture.log", True, "candump")
+    session.end()
+    session.finish()
+    ((_, batch),) = session.batches()
+    return pa.schema(batch)
 
 
 def table(name: str, rows: Sequence[Mapping[str, Any]]) -> tuple[str, Any]:
     """A batch of a table; columns that a row leaves out are null, its cycle 0, its bus can0."""
     given = [{"cycle": 0, "bus": "can0", **row} for row in rows]
-    types = TYPES[name]
-    arrays = [pa.array([row.get(column) for row in given], of) for column, of in types.items()]
-    return name, pa.RecordBatch.from_arrays(arrays, schema=pa.schema(list(types.items()), metadata={"table": name}))
+    schema = columns(name).with_metadata({"table": name})
+    arrays = [pa.array([row.get(field.name) for row in given], field.type) for field in schema]
+    return name, pa.RecordBatch.from_arrays(arrays, schema=schema)
 
 
 def pdo(
