@@ -16,7 +16,6 @@ from typing import Any
 import canopen
 import pytest
 from captures import EDS, SAMPLES, SHARED, eds_options, read_log, run_canalyze, session_output
-from conftest import Runner
 from sdo_reading import read_transfers
 
 from canalyze._core import DATA_TYPES
@@ -183,45 +182,3 @@ def test_a_skeleton_has_what_was_seen_and_no_defect(folder: str) -> None:
                     assert there[address].access == one.access
             nodes += 1
     assert nodes > 3
-
-
-def test_what_is_too_long_to_be_kept_is_named(canalyze: Runner, tmp_path: Path) -> None:
-    """Of a value of 5000 bytes the first 4096 are kept: it is no value of a DCF."""
-    size = 5000
-    lines = ["605#2300200007000000", "585#6000200000000000", f"605#21012000{size.to_bytes(4, 'little').hex()}"]
-    lines.append("585#6001200000000000")
-    for number, start in enumerate(range(0, size, 7)):
-        count = min(7, size - start)
-        head = (number & 1) << 4 | (7 - count) << 1 | (start + count == size)
-        lines += [f"605#{head:02X}{'AB' * count}{'00' * (7 - count)}", f"585#{0x20 | (number & 1) << 4:02X}{'00' * 7}"]
-    text = "".join(f"(1.{number:06d}) can0 {line}\n" for number, line in enumerate(lines))
-    (tmp_path / "long.log").write_text(text)
-    done = canalyze("--lang", "en", "od", "long.log", "--node", "5", "--dcf", "long.dcf")
-    assert done.code == 0
-    assert done.complaints[-2] == "canalyze: long.dcf: 1 value of node 5"
-    assert "long.dcf: without 2001h:00" in done.complaints[-1]
-    assert parameters(read((tmp_path / "long.dcf").read_bytes(), "long.dcf")) == {(0x2000, 0): 7}
-
-
-def test_what_cannot_be_is_said(canalyze: Runner, tmp_path: Path) -> None:
-    log = str(SAMPLES / "network/sync-and-pdos.log")
-    for line, said in (
-        (["--dcf", "a.dcf"], "--node"),
-        (["--node", "5", "--dcf", "a.dcf", "--history"], "--history"),
-        (["--node", "5", "--dcf", "a.dcf", "-o", "b"], "-o"),
-        (["--node", "99", "--dcf", "a.dcf"], "node 99"),
-        (["--node", "5", "--dcf", "a.dcf", "--filter", "service=pdo"], "node 5"),
-        (["--node", "5", "--dcf", "a.dcf", "--eds", "5=a.xdd"], "EDS"),
-    ):
-        from test_hostile_files import XDD
-
-        (tmp_path / "a.xdd").write_text(XDD.format(name="a", value="1"))
-        done = canalyze("--lang", "en", "od", log, *line)
-        assert (done.code, done.out) == (2, ""), line
-        assert said in done.complaints[-1]
-        assert not (tmp_path / "a.dcf").exists()
-    done = canalyze("--lang", "en", "od", log, "--node", "5", "--dcf", "a.dcf")
-    assert (done.code, done.out) == (0, "")
-    assert done.complaints[-1] == "canalyze: a.dcf: 3 values of node 5"
-    again = canalyze("--lang", "en", "od", log, "--node", "5", "--dcf", "a.dcf")
-    assert again.code == 2 and "exists" in again.err
