@@ -14,7 +14,7 @@ FRAMES = 4000
 
 
 def taken(**changes: Taken) -> dict[str, Taken]:
-    """What tasks took: a second for each of a thousand frames, but for some."""
+    """Returns the cost of tasks: a second for each of a thousand frames, except those given."""
     names = [
         "text",
         "text, two threads",

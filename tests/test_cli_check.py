@@ -183,7 +183,7 @@ def test_a_reader_that_leaves_does_not_pass_the_check(set_of_captures: Path, tmp
 
 
 def examples_of_the_configuration() -> list[str]:
-    """What help and README show of canalyze.toml about `check`."""
+    """Returns the parts of canalyze.toml about `check` that help and README show."""
     readme = (SAMPLES.parent / "README.md").read_text(encoding="utf-8")
     fenced = re.findall(r"^```toml\n(.*?)^```$", readme, flags=re.DOTALL | re.MULTILINE)
     shown = [Words(lang)("check.examples").partition("# canalyze.toml\n")[2] for lang in LANGUAGES]

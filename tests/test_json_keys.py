@@ -23,7 +23,7 @@ from canalyze import _core
 FILE: Final = Path(__file__).with_name("json_keys.txt")
 SOURCE: Final = Path(__file__).parent.parent / "canalyze/core/src/tables/jsonl"
 OPEN: Final = {"facts", "dialect", "value"}
-"""What has other keys for each rule, format or kind of difference."""
+"""Objects with other keys for each rule, format or kind of difference."""
 NETWORK: Final = SAMPLES / "network/sync-and-pdos.log"
 RESET: Final = b"""\
 (1.0) can0 60A#4002200000000000

@@ -104,7 +104,7 @@ _STALE: Final = 5
 
 
 def updated(held: policy.Policy, examined: Sequence[Examined], words: Words, *, whole: bool) -> baseline.Baseline:
-    """Writes the baseline anew, of what would fail; not where something was not read, since that would be forgotten."""
+    """Writes the baseline again from all that would fail; not if something was not read, since that would be lost."""
     name = held.baseline or ""
     if not whole:
         complain(f"canalyze: {words('baseline.kept', name=name)}")

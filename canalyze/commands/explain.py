@@ -48,7 +48,7 @@ def run(words: Words, *, frame: tuple[str, ...], eds: tuple[network.Description,
 
 
 def _typed(words: Words, nothing: Exception | None) -> Iterator[tuple[str, str]]:
-    """Yields each line of standard input when it comes, and what is said of one that cannot be explained.
+    """Yields each line of standard input when it comes, with the message for one that cannot be explained.
 
     Blank lines and comments are skipped, as decode does. nothing: is raised without a line, if standard input was not
     asked for.

@@ -30,7 +30,7 @@ _OWN: Final = {
 }
 """Tables that the core does not build: names and types, `?` behind those that may be null."""
 _TEXTS: Final = frozenset({"text", "string", "message", "facts", "checks", "line"})
-"""Columns of the core's strings of which there are many different ones."""
+"""Columns of the core's strings that hold many different values."""
 _UNITS: Final = {"len": "bytes", "size": "bytes", "size_indicated": "bytes", "bits": "bits"}
 _ENDS: Final = {"_ns": "ns", "_us": "us", "_percent": "%", "_per_s": "1/s"}
 """Units by the end of a name."""

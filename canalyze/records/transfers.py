@@ -34,7 +34,7 @@ class Hole(Struct, frozen=True, gc=False):
     offset: int
     """Their begin in the data of the transfer; their end where nothing behind was seen."""
     length: int | None
-    """Their number. None: not known; such a hole takes no room in the data, and what stands behind it has no known
+    """Their number. None: not known; such a hole takes no room in the data, and the bytes after it have no known
     offset in the object."""
 
 

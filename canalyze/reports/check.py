@@ -61,7 +61,7 @@ are no failures, but neither met nor clean."""
 
 
 def show(verdicts: Sequence[Verdict], out: Output, words: Words, *, totals: bool = False) -> None:
-    """Writes the whole report. totals: only what is said of all captures."""
+    """Writes the whole report. totals: only the lines about all captures."""
     report = Report(words, out)
     for verdict in () if totals else verdicts:
         for line in report.block(verdict):

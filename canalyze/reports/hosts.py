@@ -1,15 +1,15 @@
 """Findings at their files and lines, as hosts of code show them: GitHub and GitLab. Must not: judge.
 
 GitHub Actions: workflow commands, which the runner reads from a step's output. What cannot be read comes first, then
-what fails the check, then what is below the threshold, then a notice for each capture of which nothing was judged; what
+what fails the check, then what is below the threshold, then a notice for each capture that was not judged at all; what
 the baseline allows is not shown. An annotation is one short line: place and rule are beside it, and the lines of the
-capture are in other reports. GitHub shows ten annotations of each kind in a step and drops the others without a word:
+capture are in other reports. GitHub shows ten annotations of each kind in a step and drops the others silently:
 these are plain lines of the log here, and a closing annotation counts them. Nothing of a capture or of its name can
 become a command: a command begins a line, and in the older form stands anywhere behind `##[`.
 
 GitLab's report of code quality: an array of entries, each a kind of finding or a problem in one capture; its
-fingerprint stays when a capture is recorded anew. What a baseline allows is left out, as GitLab compares the reports of
-two branches by itself. A place is a path from the root of the project, and a line; GitLab wants one, and gets the first
+fingerprint stays when a capture is recorded again. What a baseline allows is left out, as GitLab compares the reports
+of two branches itself. A place is a path from the root of the project, and a line; GitLab wants one, and gets the first
 of formats without lines.
 """
 

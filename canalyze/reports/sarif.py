@@ -2,7 +2,7 @@
 
 One run; an artifact is a capture, a result a kind of finding (rule, bus, node, object, expectation) in it, at its first
 frame. The file keeps what GitHub's code scanning asks for: the fields it needs, its largest number of results, and a
-fingerprint that stays when a capture is recorded anew. What a finding explains is a property of its result. Rules are
+fingerprint that stays when a capture is recorded again. What a finding explains is a property of its result. Rules are
 those that occur. Must not: judge, or look into a file.
 """
 

@@ -284,7 +284,7 @@ class _Database(_Csv):
         self._wait(self.frames - _AHEAD)
 
     def _wait(self, frames: int) -> None:
-        """Waits until so many frames are written."""
+        """Waits until this number of frames is written."""
         while self._writer.num_frames < frames:
             if self._failed:
                 raise self._failed[0]

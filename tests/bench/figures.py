@@ -75,7 +75,7 @@ class Taken:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """What is made of measured tasks, and its goal."""
+    """A figure made from measured tasks, and its goal."""
 
     title: str
     of: Callable[[Mapping[str, Taken]], float]

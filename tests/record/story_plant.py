@@ -75,7 +75,7 @@ class Seen:
 
 @dataclass
 class Tale:
-    """What a recording shows, story by story, and where it is not the plant's doing."""
+    """The content of a recording, story by story, and where it is not the plant's doing."""
 
     log: Log
     seen: list[Seen]

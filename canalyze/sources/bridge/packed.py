@@ -158,7 +158,7 @@ class Packer:
             raise Unfit(DATA) from error
 
     def _index(self, channel: object) -> tuple[bytes, int]:
-        # The last index is of no channel for long: it is named anew for each frame of those beyond.
+        # The last index is of no channel for long: it is named again for each frame of a further one.
         index = min(len(self._indices), _MOST_BUSES - 1)
         name = self._bus(channel)
         if index < _MOST_BUSES - 1:
