@@ -263,3 +263,77 @@ pub fn length(out: &mut Vec<u8>, frame: &Frame) {
         put!(out; "   [", frame.len, "] ");
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bytes::frame::{BusId, CanId, LengthForm};
+
+    /// Frames of all forms, first those that leave the columns as they are.
+    fn frames() -> Vec<(&'static [u8], Frame)> {
+        let frame = Frame::classic(CanId::standard(0x181), &[1, 2, 3]);
+        let fd = |brs, esi| Frame { kind: Kind::Fd { brs, esi }, ..frame };
+        let of = |bus| Frame { bus: BusId(bus), ..frame };
+        let form = |raw_dlc, braces, two_digits| LengthForm { raw_dlc, braces, two_digits };
+        vec![
+            (b"can0", frame),
+            (b"can0", Frame { id: CanId::standard(0x281), ..frame }),
+            (b"can0", Frame { len: 2, ..frame }),
+            (b"can0", Frame { dir: Some(Direction::Rx), ..frame }),
+            (b"can0", Frame { dir: Some(Direction::Tx), ..frame }),
+            (b"can0", Frame { kind: Kind::Remote, ..frame }),
+            (b"can0", Frame { kind: Kind::Error, ..frame }),
+            (b"can0", fd(false, false)),
+            (b"can0", Frame { dir: Some(Direction::Rx), ..fd(true, false) }),
+            (b"can0", Frame { dir: Some(Direction::Rx), ..fd(false, true) }),
+            (b"can0", Frame { length_form: form(12, false, false), ..frame }),
+            (b"can0", Frame { length_form: form(0, true, false), ..frame }),
+            (b"can0", Frame { length_form: form(0, false, true), ..frame }),
+            (b"can1", of(1)),
+            (b"", of(1)),
+            (b"vcan12", of(2)),
+            (b"can0", Frame { id: CanId::extended(0x181), ..frame }),
+        ]
+    }
+
+    #[test]
+    fn columns_that_are_known_are_those_that_would_be_written() {
+        let (mut known, mut written) = (ConsoleColumns::default(), ConsoleColumns::default());
+        let all = frames();
+        // Each form is added when those before it are known, so that a change of the layout reaches them.
+        for count in 1..=all.len() {
+            for (name, frame) in all.iter().take(count).cycle().take(8 * count + 40) {
+                let (mut one, mut other) = (Vec::new(), Vec::new());
+                known.head(&mut one, None, name, frame);
+                written.source(&mut other, None, name, frame);
+                written.identifier(&mut other, frame);
+                length(&mut other, frame);
+                assert_eq!(String::from_utf8_lossy(&one), String::from_utf8_lossy(&other), "{frame:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn stamps_have_their_digits_whatever_came_before() {
+        let stamp = |ns, width, decimals, form| Stamp { form, ns: Ns(ns), width, decimals };
+        let (seconds, date) = (StampForm::Seconds, StampForm::Calendar);
+        let mut columns = ConsoleColumns::default();
+        for (stamp, text) in [
+            (stamp(1_549_455_524_265_601_000, 10, 6, seconds), "(1549455524.265601)  "),
+            (stamp(1_549_455_524_999_999_000, 10, 6, seconds), "(1549455524.999999)  "),
+            (stamp(1_549_455_525_000_000_000, 10, 6, seconds), "(1549455525.000000)  "),
+            (stamp(1_549_455_525_000_000_001, 10, 9, seconds), "(1549455525.000000001)  "),
+            (stamp(1_549_455_524_265_601_000, 10, 0, seconds), "(1549455524)  "),
+            (stamp(304_418_000, 3, 6, seconds), "(000.304418)  "),
+            (stamp(304_418_000, 1, 6, seconds), "(0.304418)  "),
+            (stamp(0, 1, 1, seconds), "(0.0)  "),
+            (stamp(1_789_497_896_479_963_000, 0, 6, date), "(2026-09-15 18:44:56.479963)  "),
+            (stamp(304_418_000, 1, 6, seconds), "(0.304418)  "),
+            (stamp(i64::MAX, 10, 9, seconds), "(9223372036.854775807)  "),
+        ] {
+            let mut out = Vec::new();
+            columns.stamp(&mut out, &stamp);
+            assert_eq!(String::from_utf8_lossy(&out), text);
+        }
+    }
+}
