@@ -136,3 +136,31 @@ fn placement(out: &mut Vec<u8>, sync: &Placement) {
     }
     put!(out; "]");
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bytes::frame::CanId;
+
+    #[test]
+    fn a_phrase_does_not_depend_on_those_before() {
+        let whys = [Unmapped::Unknown, Unmapped::Unconfirmed, Unmapped::Contradicted, Unmapped::Disabled];
+        for _ in 0..3 {
+            for (lang, depth) in [Lang::Zh, Lang::En].into_iter().flat_map(|l| [(l, Depth::Default), (l, Depth::Brief)])
+            {
+                for (node, number, len) in [(1, 1, 8), (1, 2, 8), (2, 1, 8), (127, 512, 0), (1, 1, 7)] {
+                    for (why, transmit) in whys.into_iter().flat_map(|why| [(why, true), (why, false)]) {
+                        let content = Signals::None(why);
+                        let data =
+                            ProcessData { transmit, number, node, content, state: None, sync: None, is_off: false };
+                        let frame = Frame::classic(CanId::standard(0x181), &vec![0; len]);
+                        let (mut known, mut written) = (Vec::new(), Vec::new());
+                        process_data(&mut known, lang, depth, &data, &frame);
+                        beginning(&mut written, lang, depth, &data, frame.len);
+                        assert_eq!(String::from_utf8_lossy(&known), String::from_utf8_lossy(&written));
+                    }
+                }
+            }
+        }
+    }
+}
