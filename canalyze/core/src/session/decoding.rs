@@ -281,15 +281,7 @@ impl Decoding {
     pub(super) fn step(&mut self, frame: &Frame, seen: Option<&(When, Happened)>, next: Option<&Frame>, buses: &Buses) {
         let Some((when, happened)) = seen else { return };
         self.moves |= frame.is_relisted();
-        self.on_bus(
-            frame.bus,
-            buses,
-            |_| *when,
-            |bus, cx| {
-                cx.next = next.copied();
-                bus.step(frame, happened, cx);
-            },
-        );
+        self.on_bus(frame.bus, buses, next, |_| *when, |bus, cx| bus.step(frame, happened, cx));
         if let Some(verification) = &mut self.verification {
             verification.frame(frame, &mut self.events, buses);
         }
@@ -324,7 +316,7 @@ impl Decoding {
     /// Frames of a bus are missing here, behind the frame `last`.
     pub(super) fn lost(&mut self, bus: BusId, last: FrameRef, buses: &Buses) {
         let from = self.events.len();
-        self.on_bus(bus, buses, |recording| recording.at(last), |bus, cx| bus.lost_frames(cx));
+        self.on_bus(bus, buses, None, |recording| recording.at(last), |bus, cx| bus.lost_frames(cx));
         if let Some(verification) = &mut self.verification {
             verification.asides(&mut self.events, from, buses);
             verification.lost(bus, buses);
@@ -333,7 +325,7 @@ impl Decoding {
 
     /// An error frame of which the capture shows no content, behind the frame `last`.
     pub(super) fn bare_error(&mut self, bus: BusId, last: FrameRef, buses: &Buses) {
-        self.on_bus(bus, buses, |recording| recording.at(last), Bus::bare_error);
+        self.on_bus(bus, buses, None, |recording| recording.at(last), Bus::bare_error);
     }
 
     /// Frames of any bus are missing here.
@@ -347,7 +339,7 @@ impl Decoding {
     pub(super) fn advance(&mut self, now_ns: Ns, last: FrameRef, buses: &Buses) {
         for index in 0..self.state.len() {
             let at = |recording: &Recording| recording.at(last);
-            self.on_bus(BusId(index as u8), buses, at, |bus, cx| bus.advance(now_ns, cx));
+            self.on_bus(BusId(index as u8), buses, None, at, |bus, cx| bus.advance(now_ns, cx));
         }
         if let Some(verification) = &mut self.verification {
             verification.advance(now_ns, last, &mut self.events, buses);
@@ -357,7 +349,7 @@ impl Decoding {
     /// The capture is over, but for what was only counted.
     pub(super) fn finish(&mut self, last: FrameRef, buses: &Buses) {
         for index in 0..self.state.len() {
-            self.on_bus(BusId(index as u8), buses, |recording| recording.at(last), Bus::finish);
+            self.on_bus(BusId(index as u8), buses, None, |recording| recording.at(last), Bus::finish);
         }
         if let Some(verification) = self.verification.as_mut().filter(|_| last.no > 0) {
             verification.asides(&mut self.events, 0, buses);
@@ -408,12 +400,13 @@ impl Decoding {
         absent
     }
 
-    /// Hands a bus what concerns it, at a place in its recording.
+    /// Hands a bus what concerns it, at a place in its recording. `next`: see [`Self::step`].
     #[inline]
     fn on_bus(
         &mut self,
         id: BusId,
         buses: &Buses,
+        next: Option<&Frame>,
         when: impl FnOnce(&Recording) -> When,
         act: impl FnOnce(&mut Bus, &mut Context<'_>),
     ) {
@@ -434,7 +427,7 @@ impl Decoding {
             evidence,
             when,
             sighting: Sighting::Original,
-            next: None,
+            next,
         };
         act(bus, &mut cx);
     }

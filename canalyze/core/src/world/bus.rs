@@ -302,8 +302,8 @@ impl Bus {
     fn read_ahead(&self, cx: &Context<'_>) -> Option<(Side, Frame)> {
         let next = cx.next?;
         match self.roles.of(next.id) {
-            Role::SdoRequest(_) => Some((Side::Client, next)),
-            Role::SdoResponse(_) => Some((Side::Server, next)),
+            Role::SdoRequest(_) => Some((Side::Client, *next)),
+            Role::SdoResponse(_) => Some((Side::Server, *next)),
             _ => None,
         }
     }

@@ -35,7 +35,7 @@ pub struct Context<'a> {
     /// The sighting of the current frame, which the capture may contain a second time.
     pub sighting: Sighting,
     /// The next frame of the current frame's SDO channel, if it was read ahead.
-    pub next: Option<Frame>,
+    pub next: Option<&'a Frame>,
 }
 
 /// Bytes of a transfer that are extracted while it runs.
