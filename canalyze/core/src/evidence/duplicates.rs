@@ -170,15 +170,19 @@ impl Duplicates {
     #[inline]
     pub fn step(&mut self, frame: &Frame, t_ns: Option<Ns>, squeezed: bool, resolution_ns: Ns) -> Sighting {
         let sighting = self.nearby.step(frame, t_ns, squeezed, resolution_ns);
-        let far = &self.far;
-        let ended = !far.proven && far.suspect.is_none() && (far.are_refuted() || far.given_up);
-        if ended || self.nearby.proven || t_ns.is_none() {
+        if self.far.are_ended() || self.nearby.proven || t_ns.is_none() {
             return sighting;
         }
         match self.far.step(frame, t_ns, squeezed, resolution_ns) {
             Sighting::Duplicate => Sighting::Duplicate,
             _ => sighting,
         }
+    }
+
+    /// Returns true if each further frame is an original, whatever it is.
+    #[inline]
+    pub fn are_settled(&self) -> bool {
+        self.nearby.are_settled() && self.nearby.suspect.is_none() && self.far.are_ended()
     }
 }
 
@@ -237,6 +241,18 @@ impl Copies {
         self.once >= REFUTED && !self.proven
     }
 
+    /// Returns true if frames are no longer compared, since too many were seen once.
+    #[inline]
+    fn are_settled(&self) -> bool {
+        self.once >= SETTLED && self.twice < self.once
+    }
+
+    /// Returns true if no proof is sought at this distance any more.
+    #[inline]
+    fn are_ended(&self) -> bool {
+        !self.proven && self.suspect.is_none() && (self.are_refuted() || self.given_up)
+    }
+
     /// Decides without further frames. The capture shows frames twice if every frame so far, except the last one, was
     /// immediately followed by an equal one.
     fn settle(&mut self) {
@@ -258,7 +274,7 @@ impl Copies {
     /// Examines the next frame.
     #[inline]
     fn step(&mut self, frame: &Frame, t_ns: Option<Ns>, squeezed: bool, resolution_ns: Ns) -> Sighting {
-        if self.once >= SETTLED && self.twice < self.once {
+        if self.are_settled() {
             self.suspect = None;
             return Sighting::Original;
         }

@@ -161,7 +161,47 @@ impl Recording {
 
     /// Observes the next frame of the bus; returns its place and the events of the recording. If the stamps are
     /// useless, the place has no time, as without stamps.
+    #[inline]
     pub fn observe(&mut self, frame: &Frame) -> (When, Happened) {
+        match self.ordinary_gap(frame) {
+            Some((now, gap)) => (self.observe_ordinary(frame, now, gap), Happened::default()),
+            None => self.observe_any(frame),
+        }
+    }
+
+    /// Returns the time of a frame and the gap before it, in ns, if nothing about the recording is open and the frame
+    /// can open nothing: most frames only add to the usual gaps.
+    #[inline]
+    pub(super) fn ordinary_gap(&self, frame: &Frame) -> Option<(Ns, Ns)> {
+        let (now, last) = (frame.t_ns?, self.last_ns?);
+        let gap = now - last;
+        let ordinary = (Ns::ZERO..=SHORTEST_STALL_NS).contains(&gap)
+            && self.clock.latest_ns.is_some_and(|latest| latest <= now)
+            && self.resolution.stays_of_use()
+            && self.duplicates.are_settled()
+            && self.stalls.are_over()
+            && self.holes.undecided_since().is_none();
+        ordinary.then_some((now, gap))
+    }
+
+    /// Observes such a frame, with the result of [`Self::observe_any`].
+    #[inline]
+    fn observe_ordinary(&mut self, frame: &Frame, now: Ns, gap: Ns) -> When {
+        self.resolution.narrow(frame, now);
+        let (resolution_ns, wire_ns) = (self.resolution.ns(), wire_ns(frame));
+        self.resolution.follow(frame, (now, Some(gap), wire_ns), Sighting::Original);
+        let missed = self.stalls.follow_ordinary(frame, (now, gap), (gap < wire_ns, resolution_ns < wire_ns));
+        self.single.follow(frame, missed.filter(|_| resolution_ns < LATE_NS));
+        (self.last_ns, self.clock.latest_ns) = (Some(now), Some(now));
+        if gap > DRAIN_NS {
+            self.silence_ns = gap;
+        }
+        let (at, epoch) = (frame.reference(), self.clock.steps);
+        When { at, epoch, burst: 0, own: false, silent_ns: self.silence_ns }
+    }
+
+    /// Observes any frame.
+    pub(super) fn observe_any(&mut self, frame: &Frame) -> (When, Happened) {
         let of_use = self.resolution.is_of_use();
         if let Some(now) = frame.t_ns {
             self.resolution.narrow(frame, now);

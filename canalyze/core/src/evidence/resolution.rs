@@ -99,8 +99,13 @@ impl Resolution {
     /// none; but a capture may begin with a burst.
     pub(super) fn is_of_use(&self) -> bool {
         let least = if self.divisor_ns == Ns::ZERO { 2 } else { SHARING };
-        let changes = self.frames.saturating_sub(self.shared) > 1;
-        changes || self.frames < least
+        self.stays_of_use() || self.frames < least
+    }
+
+    /// Returns true if no further frame changes that.
+    #[inline]
+    pub(super) fn stays_of_use(&self) -> bool {
+        self.frames.saturating_sub(self.shared) > 1
     }
 }
 

@@ -11,8 +11,23 @@ const IDENTIFIERS: usize = 0x1000;
 const REMOTE: usize = 0x800;
 /// CAN-IDs that show nothing about a pause: commands, emergencies, SDO and LSS have occasions, and the two frames of an
 /// SRDO come from one node.
-const APERIODIC: [std::ops::RangeInclusive<usize>; 5] =
-    [0x000..=0x07F, 0x081..=0x0FF, 0x101..=0x180, 0x580..=0x67F, 0x7E4..=0x7E5];
+const APERIODIC: [(usize, usize); 5] = [(0x000, 0x07F), (0x081, 0x0FF), (0x101, 0x180), (0x580, 0x67F), (0x7E4, 0x7E5)];
+/// True for all others, by CAN-ID.
+static BY_ITSELF: [bool; REMOTE] = by_itself();
+
+#[allow(clippy::indexing_slicing, reason = "evaluated by the compiler, which refuses what is out of bounds")]
+const fn by_itself() -> [bool; REMOTE] {
+    let (mut table, mut row) = ([true; REMOTE], 0);
+    while row < APERIODIC.len() {
+        let (mut id, last) = APERIODIC[row];
+        while id <= last {
+            table[id] = false;
+            id += 1;
+        }
+        row += 1;
+    }
+    table
+}
 
 /// CAN-IDs of error control.
 pub(super) const ERROR_CONTROL: std::ops::RangeInclusive<usize> = 0x701..=0x77F;
@@ -495,7 +510,7 @@ pub(super) fn identifier(frame: &Frame) -> Option<usize> {
 
 /// Returns true if frames of a CAN-ID are sent by time and not on an occasion.
 pub(super) fn comes_by_itself(id: usize) -> bool {
-    !APERIODIC.iter().any(|range| range.contains(&(id % REMOTE)))
+    BY_ITSELF.get(id % REMOTE).is_some_and(|by_itself| *by_itself)
 }
 
 #[cfg(test)]

@@ -210,6 +210,27 @@ impl Stalls {
         seen.missed
     }
 
+    /// Follows a frame at `now` as [`Self::follow`] does if no burst is open ([`Self::are_over`]) and the gap before it
+    /// begins none.
+    #[inline]
+    pub(super) fn follow_ordinary(
+        &mut self,
+        frame: &Frame,
+        (now, gap): (Ns, Ns),
+        (close, exact): (bool, bool),
+    ) -> Option<Missed> {
+        let missed = self.senders.see(frame, now, None, DRAIN_NS).missed;
+        self.is_too_close(close, exact);
+        self.know_gap(gap);
+        missed
+    }
+
+    /// Returns true if no burst runs and none is open.
+    #[inline]
+    pub(super) fn are_over(&self) -> bool {
+        !self.running && self.undecided_since().is_none()
+    }
+
     /// Adds a frame to the running burst.
     fn take(&mut self, seen: &SenderEvidence, now: Ns, too_close: bool, original: bool) {
         let mean_ns = self.mean_gap_64 / 64;

@@ -494,3 +494,39 @@ fn what_is_sent_again_and_again_behind_pauses_stands_once() {
         }
     }
 }
+
+#[test]
+fn an_ordinary_frame_is_observed_as_any_frame_is() {
+    let clean = cyclic(4_000);
+    let disturbed = |seed: u64| {
+        let (mut state, mut shift) = (seed, 0);
+        let mut listed = Vec::new();
+        for (at, id) in stalled(&clean, 1_700_000, 1_760_000, 200) {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            match state >> 33 & 0x7F {
+                0 => shift += 12_000,
+                1 => shift -= 3_000,
+                2 => shift += 40,
+                3 => continue,
+                4 => listed.push((at + shift + 30, id)),
+                5 if state >> 40 & 0x3F == 0 => shift -= 1_500_000,
+                _ => {}
+            }
+            listed.push((at + shift, id));
+        }
+        listed
+    };
+    let mut ordinary = 0;
+    for listed in std::iter::once(clean.clone()).chain((1..12).map(disturbed)) {
+        let (mut one, mut other) = (Recording::default(), Recording::default());
+        for (no, (at, id)) in listed.iter().enumerate() {
+            // Some payloads are equal, as those of duplicates.
+            let frame = frame(no as u64 + 1, *id, &[(no / 3) as u8, (no >> 8) as u8], *at);
+            ordinary += usize::from(one.ordinary_gap(&frame).is_some());
+            assert_eq!(one.observe(&frame), other.observe_any(&frame), "frame {no} of {}", listed.len());
+            assert_eq!((one.undecided_since(), one.is_decided()), (other.undecided_since(), other.is_decided()));
+        }
+        assert_eq!(format!("{one:?}"), format!("{other:?}"));
+    }
+    assert!(ordinary > 5_000, "{ordinary}");
+}
