@@ -9,18 +9,19 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core. The words of the diagnosis, and the reader of descriptions, which Python was before, are in it since
-/// a page has no Python. So are texts that are kept from one line to the next.
-const WHOLE: usize = 68_050;
+/// a page has no Python. So are texts that are kept from one line to the next, and frames that show nothing but their gap.
+const WHOLE: usize = 68_300;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
     // With rows inside other text, objects that name their values, several frames in one line, the clocks of adapters, the
     // refusal of tables that may be misread, colons or blanks between the bytes of candump, the type of times, and messages
     // that ROS prints. With columns and seconds that are copied from an earlier line.
-    ("bytes", 11_910),
+    ("bytes", 11_930),
     ("checks", 7_620),
-    // With learnt event timers, and findings that wait without a look at each frame.
-    ("evidence", 3_430),
+    // With learnt event timers, and findings that wait without a look at each frame. With frames that only add to the usual
+    // gaps, which are nearly all.
+    ("evidence", 3_510),
     ("lib", 50),
     // Was 1,250 lines of Python: a page without Python reads descriptions, too. With the sentence of an unusable file, for
     // every binding.
@@ -37,8 +38,9 @@ const BUDGETS: &[(&str, usize)] = &[
     ("tables", 6_140),
     // The transfers of CANopen FD.
     ("usdo", 1_030),
-    // With kinds of findings that are counted without a search, since a fault may be in every frame.
-    ("views", 7_690),
+    // With kinds of findings that are counted without a search, since a fault may be in every frame, and lines that differ
+    // from an earlier one in stamp and data only.
+    ("views", 7_790),
     // With the relation of a mapped object to its profile.
     ("wire", 2_770),
     // With the reasons why tables are refused, and the words of the diagnosis. With texts that are kept, since nearly every

@@ -4,8 +4,11 @@
 //! is a comment. Notes and findings stand on lines of their own that begin with `#`. The columns before the data are
 //! those of `writers::console`.
 
+mod known;
+
 use std::collections::BTreeMap;
 
+use self::known::{KnownLines, PdoForm};
 use super::colour;
 use crate::bytes::frame::{Buses, Frame, Kind, Stamp, StampForm};
 use crate::bytes::ns::Ns;
@@ -80,6 +83,7 @@ pub struct Lines {
     depth: Depth,
     look: Look,
     columns: ConsoleColumns,
+    known: KnownLines,
     /// The form of the next frames' stamps.
     pub clock: Clocked,
     last_ns: Option<Ns>,
@@ -103,6 +107,7 @@ impl Lines {
             depth,
             look: Look::default(),
             columns: ConsoleColumns::default(),
+            known: KnownLines::default(),
             clock: Clocked { time, ..Clocked::default() },
             last_ns: None,
             folded: None,
@@ -143,10 +148,28 @@ impl Lines {
             columns.identifier(out, frame);
             put!(out; colour::PLAIN);
             length(out, frame);
-        } else {
-            self.columns.head(out, stamp.as_ref(), buses.name(frame.bus), frame);
+            data(out, frame);
+            return self.comment(out, frame, events);
         }
+        if let Some(stamp) = &stamp {
+            self.columns.stamp(out, stamp);
+        }
+        let form = PdoForm::of(frame, events).filter(|_| self.depth == Depth::Default);
+        if form.is_some_and(|form| self.known.put(out, &form, frame, self.columns.layout())) {
+            return;
+        }
+        let start = out.len();
+        self.columns.known_columns(out, buses.name(frame.bus), frame);
+        let place = out.len() - start;
         data(out, frame);
+        self.comment(out, frame, events);
+        if let Some(form) = form {
+            self.known.keep(&form, out.get(start..).unwrap_or_default(), place, self.columns.layout());
+        }
+    }
+
+    /// Appends what a frame's events say, behind its columns and below them.
+    fn comment(&mut self, out: &mut Vec<u8>, frame: &Frame, events: &[Event]) {
         put!(out; "  # ");
         let mut said = false;
         for event in events {
@@ -357,13 +380,9 @@ pub fn explain(out: &mut Vec<u8>, lang: Lang, frame: &Frame, buses: &Buses) {
 
 /// The data, filled up to the column of the comments.
 fn data(out: &mut Vec<u8>, frame: &Frame) {
-    // Eight bytes, each behind a blank, in one piece: what nearly every frame needs.
-    let mut field = [b' '; 24];
+    // Eight bytes in one piece: what nearly every frame needs.
     let payload = frame.payload();
-    for ([_, high, low], byte) in field.as_chunks_mut::<3>().0.iter_mut().zip(frame.head()) {
-        [*high, *low] = hex_digits(byte);
-    }
-    field.get_mut(3 * payload.len()..).unwrap_or_default().fill(b' ');
+    let mut field = known::data(frame.head(), payload.len().min(8) as u8);
     if frame.kind == Kind::Remote {
         for (slot, byte) in field.iter_mut().zip(b" remote request") {
             *slot = *byte;

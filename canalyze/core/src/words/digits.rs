@@ -144,7 +144,7 @@ impl Put for Joined<'_> {
 
 /// Appends the first `len` bytes. A copy of constant length costs less than one of the right length.
 #[inline]
-fn put_beginning<const N: usize>(out: &mut Vec<u8>, bytes: &[u8; N], len: usize) {
+pub fn put_beginning<const N: usize>(out: &mut Vec<u8>, bytes: &[u8; N], len: usize) {
     let end = out.len() + len;
     out.extend_from_slice(bytes);
     out.truncate(end);
@@ -308,7 +308,7 @@ pub fn fraction(out: &mut Vec<u8>, ns: u32, count: u8) {
     }
     let [a, b, c, d, e, f, g, h] = eight_digits(ns / 10);
     let digits = [b'.', a, b, c, d, e, f, g, h, b'0' + (ns % 10) as u8];
-    out.extend_from_slice(digits.get(..=usize::from(count.min(9))).unwrap_or(&digits));
+    put_beginning(out, &digits, 1 + usize::from(count.min(9)));
 }
 
 /// Returns exactly eight decimal digits; higher ones are cut off. All are computed at once within one number, without a

@@ -9,7 +9,7 @@ use crate::bytes::calendar::date_of;
 use crate::bytes::frame::{Direction, Frame, Kind, Stamp, StampForm};
 use crate::bytes::ns::Ns;
 use crate::bytes::readers::Marker;
-use crate::words::digits::{Hex, KnownTexts, Padded, filled, fraction, hex_digits, put};
+use crate::words::digits::{Hex, KnownTexts, Padded, filled, fraction, hex_digits, put, put_beginning};
 use crate::words::escape;
 
 const SECOND: i64 = 1_000_000_000;
@@ -80,14 +80,15 @@ pub struct ConsoleColumns {
 }
 
 /// The whole second of the last stamp and its text, since most stamps have that of the one before.
-#[derive(Debug, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Second {
     /// Its beginning.
     from_ns: Ns,
     /// The width of its text, in digits; 0 before the first.
     width: u8,
-    /// Its text.
-    digits: Vec<u8>,
+    /// Its text behind an opening parenthesis, and the number of bytes of both.
+    digits: [u8; 21],
+    len: u8,
 }
 
 impl ConsoleColumns {
@@ -96,6 +97,11 @@ impl ConsoleColumns {
         if let Some(stamp) = stamp {
             self.stamp(out, stamp);
         }
+        self.known_columns(out, name, frame);
+    }
+
+    /// Appends the columns from the bus to the length, up to the blank after it.
+    pub fn known_columns(&mut self, out: &mut Vec<u8>, name: &[u8], frame: &Frame) {
         let key = key(name, frame);
         if self.known.put(out, key) {
             return;
@@ -130,25 +136,45 @@ impl ConsoleColumns {
     }
 
     /// Appends a stamp in parentheses with its digits as written.
-    fn stamp(&mut self, out: &mut Vec<u8>, stamp: &Stamp) {
-        let Second { from_ns, width, digits } = &mut self.second;
+    #[inline]
+    pub fn stamp(&mut self, out: &mut Vec<u8>, stamp: &Stamp) {
+        let Second { from_ns, width, digits, len } = &self.second;
         let within = (stamp.ns - *from_ns).as_ns();
-        if stamp.form != StampForm::Seconds || stamp.ns < Ns::ZERO {
-            put!(out; "(");
-            self::digits(out, stamp);
-        } else if *width == stamp.width && (0..SECOND).contains(&within) {
-            out.extend_from_slice(digits);
+        if stamp.form == StampForm::Seconds && *width == stamp.width && (0..SECOND).contains(&within) {
+            put_beginning(out, digits, usize::from(*len));
             fraction(out, within as u32, stamp.decimals);
+            put!(out; ")  ");
         } else {
-            let (start, whole) = (out.len(), stamp.ns.as_ns() / SECOND);
-            put!(out; "(");
+            self.other_stamp(out, stamp);
+        }
+    }
+
+    /// Appends a stamp of another second than the last one.
+    #[inline(never)]
+    fn other_stamp(&mut self, out: &mut Vec<u8>, stamp: &Stamp) {
+        let start = out.len();
+        put!(out; "(");
+        if stamp.form != StampForm::Seconds || stamp.ns < Ns::ZERO {
+            self::digits(out, stamp);
+        } else {
+            let whole = stamp.ns.as_ns() / SECOND;
             filled(out, whole.unsigned_abs(), usize::from(stamp.width), b'0');
-            (*from_ns, *width) = (Ns::from_s(whole), stamp.width);
-            digits.clear();
-            digits.extend_from_slice(out.get(start..).unwrap_or_default());
-            fraction(out, (stamp.ns - *from_ns).as_ns() as u32, stamp.decimals);
+            let text = out.get(start..).unwrap_or_default();
+            let mut second = Second { from_ns: Ns::from_s(whole), width: stamp.width, ..Second::default() };
+            if let Some(digits) = second.digits.get_mut(..text.len()) {
+                digits.copy_from_slice(text);
+                second.len = text.len() as u8;
+                self.second = second;
+            }
+            fraction(out, (stamp.ns - second.from_ns).as_ns() as u32, stamp.decimals);
         }
         put!(out; ")  ");
+    }
+
+    /// Returns the layout of the columns, which only changes with a wider bus name or a longer identifier.
+    #[inline]
+    pub fn layout(&self) -> (usize, bool) {
+        (self.width, self.indent)
     }
 
     fn bus(&mut self, out: &mut Vec<u8>, name: &[u8]) {

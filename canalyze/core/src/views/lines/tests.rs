@@ -2,9 +2,10 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 use super::*;
-use crate::bytes::frame::{BusId, FrameRef};
+use crate::bytes::frame::{BusId, CanId, Direction, FrameRef, LengthForm};
 use crate::bytes::ns::Ns;
 use crate::rules::finding::{Facts, Finding};
+use crate::world::event::{Placement, ProcessData, Signals, Unmapped};
 
 /// A finding at frame 9, because of frame 4 or of nothing.
 fn raised(code: Code, because_of: Option<u64>) -> Event {
@@ -115,4 +116,72 @@ fn zero_is_the_first_frame_of_the_capture() {
     assert!(text.starts_with("(000.5)") && text.contains("\n(001.5)"), "{text}");
     let clock = Clocked { time: Some(Time::Date), start_ns: None, date_ns: Some(Ns(86_400_000_000_000)) };
     assert!(listed(Look::default(), clock).starts_with("(1970-01-02 00:00:01.5)"));
+}
+
+/// Frames of PDOs that differ in one thing each, and their events; the last ones change the layout of the columns.
+fn process_data() -> Vec<(Frame, Vec<Event>)> {
+    let frame = Frame::classic(CanId::standard(0x181), &[0x37, 6, 0x10, 0x27, 0, 0, 0xFF, 0xFF]);
+    let data = ProcessData {
+        transmit: true,
+        number: 1,
+        node: 1,
+        content: Signals::None(Unmapped::Unknown),
+        state: None,
+        sync: None,
+        is_off: false,
+    };
+    let none = |why| Signals::None(why);
+    let placed = Some(Placement { cycle: 4, delay_ns: Some(Ns(200_000)) });
+    let form = LengthForm { braces: true, ..LengthForm::default() };
+    let rows = [
+        (frame, data.clone()),
+        (Frame { data: [9; 64], ..frame }, data.clone()),
+        (Frame { len: 7, ..frame }, data.clone()),
+        (Frame { len: 0, ..frame }, data.clone()),
+        (Frame { id: CanId::standard(0x281), ..frame }, ProcessData { number: 2, ..data.clone() }),
+        (Frame { dir: Some(Direction::Rx), ..frame }, data.clone()),
+        (Frame { dir: Some(Direction::Tx), ..frame }, data.clone()),
+        (Frame { length_form: form, ..frame }, data.clone()),
+        (Frame { kind: Kind::Fd { brs: true, esi: false }, ..frame }, data.clone()),
+        (Frame { kind: Kind::Fd { brs: false, esi: false }, len: 12, ..frame }, data.clone()),
+        (frame, ProcessData { transmit: false, ..data.clone() }),
+        (frame, ProcessData { node: 2, ..data.clone() }),
+        (frame, ProcessData { number: 3, ..data.clone() }),
+        (frame, ProcessData { content: none(Unmapped::Disabled), ..data.clone() }),
+        (frame, ProcessData { content: none(Unmapped::Contradicted), ..data.clone() }),
+        (frame, ProcessData { sync: placed, ..data.clone() }),
+        (Frame { bus: BusId(1), ..frame }, data.clone()),
+        (Frame { bus: BusId(2), ..frame }, data.clone()),
+        (Frame { id: CanId::extended(0x181), ..frame }, data.clone()),
+    ];
+    let event = |frame: &Frame, what| {
+        let (at, bus) = (frame.reference(), frame.bus);
+        Event { at, about: None, bus, node: Some(1), transfer: None, what }
+    };
+    let mut all: Vec<_> = rows.into_iter().map(|(frame, data)| (frame, vec![event(&frame, What::Pdo(data))])).collect();
+    all.insert(1, (frame, vec![event(&frame, What::Pdo(data)), raised(Code::Pdo002, None)]));
+    all
+}
+
+#[test]
+fn a_line_that_is_known_is_that_which_would_be_written() {
+    let mut buses = Buses::default();
+    for name in [&b"can0"[..], b"can1", b"vcan12"] {
+        buses.intern(name);
+    }
+    let all = process_data();
+    for (lang, depth) in [(Lang::Zh, Depth::Default), (Lang::En, Depth::Default), (Lang::En, Depth::Brief)] {
+        let (mut known, mut written) = (Lines::new(lang, depth, None), Lines::new(lang, depth, None));
+        // Each form is added when those before it are known, so that a change of the layout reaches them.
+        for count in 1..=all.len() {
+            for (frame, events) in all.iter().take(count).cycle().take(8 * count + 40) {
+                let (mut one, mut other) = (Vec::new(), Vec::new());
+                known.frame(&mut one, frame, events, &buses);
+                written.columns.head(&mut other, None, buses.name(frame.bus), frame);
+                data(&mut other, frame);
+                written.comment(&mut other, frame, events);
+                assert_eq!(String::from_utf8_lossy(&one), String::from_utf8_lossy(&other), "{frame:?}");
+            }
+        }
+    }
 }
