@@ -55,12 +55,12 @@ const TAIL: u32 = 1 + 2 + 7 + 3;
 /// States of the stuffing: none, then runs of 1..=4 zeros, then runs of 1..=4 ones. A fifth bit is followed by its
 /// complement, which begins a run of its own.
 const STATES: usize = 9;
-/// The stuff bits inserted (high nibble) and the state (low nibble) after a state and eight more bits; the index is
-/// both in a row. The table has more entries than states, so that no index has to be checked.
-static STEPS: [u8; 0x1000] = steps();
+/// The state (high byte) and the stuff bits inserted (low byte) after a state and eight more bits; the index is both in
+/// a row. The table has more entries than states, so that no index has to be checked.
+static STEPS: [u16; 0x1000] = steps();
 
 #[allow(clippy::indexing_slicing, reason = "evaluated by the compiler, which refuses what is out of bounds")]
-const fn steps() -> [u8; 0x1000] {
+const fn steps() -> [u16; 0x1000] {
     let mut table = [0; 0x1000];
     let mut place = 0;
     while place < STATES << 8 {
@@ -73,7 +73,7 @@ const fn steps() -> [u8; 0x1000] {
                 state => (state, stuffed),
             };
         }
-        table[place] = stuffed << 4 | now;
+        table[place] = (now as u16) << 8 | stuffed;
         place += 1;
     }
     table
@@ -97,11 +97,11 @@ const FILL: u128 = u128::MAX / 3;
 fn stuff_bits(row: u128, bits: u32, behind: &[u8]) -> u32 {
     let filled = (FILL << bits | row).to_be_bytes();
     let row = filled.get(16 - bits.div_ceil(8) as usize..).unwrap_or(&filled);
-    let follow = |(step, stuffed): (u8, u32), byte: &u8| {
-        let step = STEPS.get(usize::from(step & 0xF) << 8 | usize::from(*byte)).copied().unwrap_or(0);
-        (step, stuffed + u32::from(step >> 4))
+    let follow = |(step, stuffed): (u16, u32), byte: &u8| {
+        let step = STEPS.get(usize::from(step & 0xF00 | u16::from(*byte))).copied().unwrap_or(0);
+        (step, stuffed + u32::from(step as u8))
     };
-    row.iter().chain(behind).fold((0, 0), follow).1
+    behind.iter().fold(row.iter().fold((0, 0), follow), follow).1
 }
 
 /// Returns the number of bits of a frame on the wire, at the nominal rate, with the intermission after it.
