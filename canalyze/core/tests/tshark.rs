@@ -154,7 +154,7 @@ fn capinfos_counts_and_editcap_copies_them() {
 fn items(bytes: &[u8]) -> Vec<String> {
     let mut reader = Reader::new(InputFormat::Pcap, &Settings::default());
     let (mut buses, mut items) = (Buses::default(), Vec::new());
-    let mut sink = |item: Item, _: &Buses| {
+    let mut sink = |item: &mut Item, _: &Buses| {
         let text = format!("{item:?}");
         // Another writer has its blocks elsewhere.
         items.push(text.split(", place:").next().unwrap_or_default().to_owned());

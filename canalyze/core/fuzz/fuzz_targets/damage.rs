@@ -52,7 +52,7 @@ fn written(format: Format, input: &[u8]) -> (Vec<u8>, usize) {
 fn read(format: readers::InputFormat, bytes: &[u8]) -> (Vec<Record>, bool) {
     let mut reader = Reader::new(format, &readers::Settings { regular: true, ..readers::Settings::default() });
     let (mut buses, mut records, mut said) = (Buses::default(), Vec::new(), false);
-    let mut sink = |item: Item, buses: &Buses| match item {
+    let mut sink = |item: &mut Item, buses: &Buses| match *item {
         Item::Frame(frame) => {
             records.push((frame.t_ns, buses.name(frame.bus).to_vec(), frame.id, frame.len, frame.data));
         }

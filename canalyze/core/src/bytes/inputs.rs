@@ -170,7 +170,7 @@ impl Input {
         let Some(mut reader) = self.reader.take() else { return };
         self.feeds(bytes);
         let mut buses = std::mem::take(&mut self.buses);
-        reader.feed(bytes, &mut buses, &mut |item, _| self.take(item));
+        reader.feed(bytes, &mut buses, &mut |item, _| self.take(*item));
         (self.buses, self.reader) = (buses, Some(reader));
     }
 
@@ -179,9 +179,9 @@ impl Input {
         let Some(mut reader) = self.reader.take() else { return };
         let mut buses = std::mem::take(&mut self.buses);
         if interrupted || self.damage.is_some() {
-            reader.interrupt(&mut buses, &mut |item, _| self.take(item));
+            reader.interrupt(&mut buses, &mut |item, _| self.take(*item));
         } else {
-            reader.finish(&mut buses, &mut |item, _| self.take(item));
+            reader.finish(&mut buses, &mut |item, _| self.take(*item));
         }
         let damage = self.told();
         self.queue.extend(damage.map(Item::Damaged));

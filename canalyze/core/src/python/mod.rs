@@ -130,7 +130,7 @@ fn explain(line: &str, lang: &str, network: Option<&Network>) -> PyResult<Option
 fn row(line: &str, buses: &mut Buses) -> Option<(Frame, Input)> {
     let mut reader = Reader::new(Input::Rows, &Settings::default());
     let mut read = Vec::new();
-    let mut sink = |item: Item, _: &Buses| read.push(item);
+    let mut sink = |item: &mut Item, _: &Buses| read.push(*item);
     reader.feed(line.as_bytes(), buses, &mut sink);
     reader.finish(buses, &mut sink);
     match read.pop() {

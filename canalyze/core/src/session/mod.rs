@@ -140,9 +140,9 @@ impl Session {
             let threads = if stream.sinks.want(ITEMS) || reader.is_live() { 1 } else { self.threads };
             let piece = Piece { reader: &mut reader, bytes, buses };
             if !pipeline::feed(piece, threads, stream, &mut |item| alone.counts(item), out) {
-                reader.feed(bytes, buses, &mut |mut item, buses| {
-                    alone.counts(&item);
-                    stream.item(&mut item, buses, out);
+                reader.feed(bytes, buses, &mut |item, buses| {
+                    alone.counts(item);
+                    stream.item(item, buses, out);
                 });
             }
             alone.reader = Some(reader);
@@ -179,9 +179,9 @@ impl Session {
         if let Some(alone) = inputs.alone() {
             let Some(mut reader) = alone.reader.take() else { return };
             let damaged = alone.damage.is_some();
-            let mut sink = |mut item: Item, buses: &Buses| {
-                alone.counts(&item);
-                stream.item(&mut item, buses, out);
+            let mut sink = |item: &mut Item, buses: &Buses| {
+                alone.counts(item);
+                stream.item(item, buses, out);
             };
             if interrupted || damaged {
                 reader.interrupt(buses, &mut sink);
@@ -259,9 +259,9 @@ impl Session {
         if let Some(alone) = inputs.alone()
             && let Some(mut reader) = alone.reader.take()
         {
-            reader.rest(buses, &mut |mut item, buses| {
-                alone.counts(&item);
-                stream.item(&mut item, buses, out);
+            reader.rest(buses, &mut |item, buses| {
+                alone.counts(item);
+                stream.item(item, buses, out);
             });
             alone.reader = Some(reader);
         }

@@ -125,7 +125,7 @@ fn read_beside<'scope>(scope: &'scope Scope<'scope, '_>, piece: Piece<'scope>) -
                 // Nobody takes them where the capture is over for those who read it.
                 let _ = to.send(std::mem::replace(&mut block, next));
             }
-            block.items.push(item);
+            block.items.push(*item);
         });
         let _ = to.send(block);
     };

@@ -124,10 +124,10 @@ impl Reader {
     }
 
     /// Feeds the next bytes, in any chunking.
-    pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+    pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(&mut Item, &Buses)) {
         let sink = &mut |mut item: Item, buses: &Buses| {
             item.refuse_further_bus();
-            sink(item, buses);
+            sink(&mut item, buses);
         };
         match self {
             Self::Candump(reader) => reader.feed(bytes, buses, sink),
@@ -148,20 +148,20 @@ impl Reader {
     }
 
     /// Reads what waits, since a pipe has come to a rest.
-    pub fn rest(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+    pub fn rest(&mut self, buses: &mut Buses, sink: &mut impl FnMut(&mut Item, &Buses)) {
         if let Self::Rows(reader) = self {
             reader.rest(buses, &mut |mut item: Item, buses: &Buses| {
                 item.refuse_further_bus();
-                sink(item, buses);
+                sink(&mut item, buses);
             });
         }
     }
 
     /// Ends the file.
-    pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+    pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(&mut Item, &Buses)) {
         let sink = &mut |mut item: Item, buses: &Buses| {
             item.refuse_further_bus();
-            sink(item, buses);
+            sink(&mut item, buses);
         };
         match self {
             Self::Candump(reader) => reader.finish(buses, sink),
@@ -177,10 +177,10 @@ impl Reader {
     }
 
     /// Ends an interrupted file, whose incomplete end is not a fault of the file.
-    pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+    pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(&mut Item, &Buses)) {
         let sink = &mut |mut item: Item, buses: &Buses| {
             item.refuse_further_bus();
-            sink(item, buses);
+            sink(&mut item, buses);
         };
         match self {
             Self::Candump(reader) => reader.interrupt(buses, sink),

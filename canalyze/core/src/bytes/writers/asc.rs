@@ -402,7 +402,7 @@ End TriggerBlock
         let mut found = Vec::new();
         let mut date = None;
         let mut reader = Reader::new(Input::Asc, &Settings::default());
-        let mut sink = |item: Item, buses: &Buses| match item {
+        let mut sink = |item: &mut Item, buses: &Buses| match *item {
             Item::Frame(frame) => found.push(essence(&frame, buses, date)),
             Item::Marker(Marker::Start { date_ns }) => date = Some(date_ns.as_ns()),
             other => panic!("{other:?}"),

@@ -57,7 +57,7 @@ fn logs() -> Vec<PathBuf> {
 fn frames_of(path: &Path) -> Option<(Vec<Frame>, Buses)> {
     let mut reader = Reader::new(Input::Candump, &Settings { regular: true, ..Settings::default() });
     let (mut buses, mut frames, mut fit) = (Buses::default(), Vec::new(), true);
-    let mut sink = |item: Item, _: &Buses| match item {
+    let mut sink = |item: &mut Item, _: &Buses| match *item {
         Item::Frame(frame) => {
             fit &= frame.stamp.is_some_and(|stamp| stamp.decimals == 6 && stamp.width == 10) && frame.line.is_some();
             frames.push(Frame { line: None, ..frame });
