@@ -110,7 +110,7 @@ impl Resolution {
 }
 
 impl Batches {
-    #[inline]
+    #[inline(always)]
     fn follow(&mut self, frame: &Frame, (now, gap, wire_ns): (Ns, Option<Ns>, Ns), original: bool) {
         self.wire_ns += wire_ns;
         if gap.is_none_or(|gap| !(Ns::ZERO..wire_ns).contains(&gap)) {

@@ -262,6 +262,12 @@ impl Usual {
         before * PAIRS < self.gaps + PAIRS
     }
 
+    /// Returns true if a frame at `now` outside a burst only adds to the usual gap.
+    #[inline]
+    fn only_adds(&self, now: Ns) -> bool {
+        self.last_ns != Ns::ZERO && now - self.last_ns > self.gap_ns / 4
+    }
+
     /// Adds a frame at `now` that is neither early nor in a burst; returns the result of [`Self::compare`].
     #[inline]
     fn take(&mut self, now: Ns, drain_ns: Ns) -> u32 {
@@ -365,12 +371,35 @@ pub(super) struct Senders {
 impl Senders {
     /// Follows a frame at `now`, perhaps in a run after a silence. Buffered frames follow each other within `drain_ns`.
     pub(super) fn see(&mut self, frame: &Frame, now: Ns, run: Option<Run>, drain_ns: Ns) -> SenderEvidence {
+        let Some((id, usual, answers, missed)) = self.come(frame, now) else { return SenderEvidence::default() };
+        if run.is_none() && usual.only_adds(now) {
+            return SenderEvidence { tells_of: usual.take(now, drain_ns), missed, ..SenderEvidence::default() };
+        }
+        SenderEvidence { answers, missed, ..usual.see(id, now, run, drain_ns) }
+    }
+
+    /// Follows a frame at `now` as [`Self::see`] does without a run; returns the frames missing before it.
+    #[inline(always)]
+    pub(super) fn see_alone(&mut self, frame: &Frame, now: Ns, drain_ns: Ns) -> Option<Missed> {
+        let (id, usual, _, missed) = self.come(frame, now)?;
+        if usual.only_adds(now) {
+            usual.take(now, drain_ns);
+        } else {
+            usual.see(id, now, None, drain_ns);
+        }
+        missed
+    }
+
+    /// Takes a frame's place after SYNC; returns the index of its CAN-ID with its usual gap, true if it answers SYNC with
+    /// its usual delay, and the frames missing before it.
+    #[inline(always)]
+    fn come(&mut self, frame: &Frame, now: Ns) -> Option<(usize, &mut Usual, bool, Option<Missed>)> {
         if self.usual.is_empty() {
             self.usual = vec![Usual::default(); IDENTIFIERS];
         }
-        let Some(id) = identifier(frame) else { return SenderEvidence::default() };
+        let id = identifier(frame)?;
         let missed = if is_sent_by_time(id) && frame.payload() != [0] { self.missed(id, frame, now) } else { None };
-        let Some(usual) = self.usual.get_mut(id) else { return SenderEvidence::default() };
+        let usual = self.usual.get_mut(id)?;
         let answers = PDO.contains(&id) && usual.answer.take(self.sync, now);
         if id == SYNC {
             let (half_ns, most_ns) = (usual.gap_ns / 2, (usual.gap_ns / ANSWER_PART).min(ANSWER_NS));
@@ -378,11 +407,8 @@ impl Senders {
         }
         if usual.last_ns == Ns::ZERO {
             self.active.push(id);
-        } else if run.is_none() && now - usual.last_ns > usual.gap_ns / 4 {
-            // It only adds to the usual gap.
-            return SenderEvidence { tells_of: usual.take(now, drain_ns), missed, ..SenderEvidence::default() };
         }
-        SenderEvidence { answers, missed, ..usual.see(id, now, run, drain_ns) }
+        Some((id, usual, answers, missed))
     }
 
     /// Returns the frames missing before one at `now` of a CAN-ID that is sent by time, if it keeps its phase.

@@ -219,7 +219,7 @@ impl Stalls {
         (now, gap): (Ns, Ns),
         (close, exact): (bool, bool),
     ) -> Option<Missed> {
-        let missed = self.senders.see(frame, now, None, DRAIN_NS).missed;
+        let missed = self.senders.see_alone(frame, now, DRAIN_NS);
         self.is_too_close(close, exact);
         self.know_gap(gap);
         missed

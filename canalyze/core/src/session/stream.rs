@@ -247,9 +247,13 @@ impl Stream {
     /// Tells of problems that begin to show, and of those that are over.
     #[inline]
     pub(super) fn tell(&mut self, buses: &Buses, out: &mut Vec<u8>) {
-        if !self.sinks.want(CHANGES) {
-            return;
+        if self.sinks.want(CHANGES) {
+            self.tell_changes(buses, out);
         }
+    }
+
+    #[inline(never)]
+    fn tell_changes(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         for (phase, id) in self.decoding.changes() {
             if let Some(diagnosis) = self.decoding.diagnosis() {
                 self.sinks.take(out, &self.capture.view(buses), Notice::Changed(diagnosis, (phase, id)));

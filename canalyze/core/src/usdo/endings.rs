@@ -163,10 +163,14 @@ impl Usdo {
     }
 
     /// Reports requests without response at `now_ns`.
+    #[inline]
     pub fn rest(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
-        if !self.servers.may_be_due(now_ns) {
-            return;
+        if self.servers.may_be_due(now_ns) {
+            self.decide(now_ns, cx);
         }
+    }
+
+    fn decide(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
         let mut next = None;
         for (key, one) in &mut self.running {
             let Some(asked) = one.asked.filter(|_| one.reported.is_none()) else { continue };

@@ -606,11 +606,16 @@ impl Bus {
     }
 
     /// Lets quiet SDO channels decide what has waited long enough at `now_ns`.
+    #[inline]
     fn rest(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
         self.usdo.rest(now_ns, cx);
-        if self.due_ns.is_none_or(|due_ns| now_ns <= due_ns) {
-            return;
+        if self.due_ns.is_some_and(|due_ns| now_ns > due_ns) {
+            self.decide(now_ns, cx);
         }
+    }
+
+    #[inline(never)]
+    fn decide(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
         let before = cx.events.len();
         self.look_for_scan();
         for ((node, id), channel) in &mut self.channels {

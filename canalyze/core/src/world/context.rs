@@ -170,7 +170,7 @@ impl Context<'_> {
     }
 
     /// Appends an event at the current frame.
-    #[inline]
+    #[inline(always)]
     pub fn push(&mut self, about: Option<FrameRef>, node: Option<u8>, what: What) {
         let about = about.map(Box::new);
         self.events.push(Event { at: self.at, about, bus: self.bus, node, transfer: None, what });

@@ -8,7 +8,7 @@ use crate::world::event::{Event, ProcessData, Signals, Unmapped, What};
 /// Bytes of the data column: eight bytes, each behind a blank.
 const DATA: usize = 24;
 
-/// What decides such a line from the bus on, except for its data and the columns' layout.
+/// All that decides such a line from the bus on, except for its data and the layout of the columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct PdoForm {
     bus: BusId,
