@@ -171,7 +171,8 @@ pub fn beyond(lang: Lang, file: &[u8], count: u64) -> String {
     escape::terminal(&mut out, file);
     say!(&mut out, lang;
         zh: ": ", count, "个时间戳超出可表示的范围 (1677-09-21至2262-04-11), 已取该范围的边界值";
-        en: ": ", count, " timestamps outside the representable range (1677-09-21 to 2262-04-11), set to its limit");
+        en: ": ", count, if count == 1 { " timestamp" } else { " timestamps" },
+            " outside the representable range (1677-09-21 to 2262-04-11), set to its limit");
     String::from_utf8_lossy(&out).into_owned()
 }
 
