@@ -700,7 +700,9 @@ def test_a_narrow_screen_shows_everything_in_its_width(chromium_browser: Chromiu
         assert browser.run("return document.documentElement.scrollWidth") <= 390
         assert browser.run("return window.scrollY") == 0
         # The list comes to the top although nothing is told below it yet.
-        browser.run('document.querySelector("#detail").replaceChildren(); document.querySelector("#problem-1 .frame").click()')
+        browser.run(
+            'document.querySelector("#detail").replaceChildren(); document.querySelector("#problem-1 .frame").click()'
+        )
         browser.wait('document.querySelector(".row.chosen")')
         frames = 'document.querySelector("#frames").getBoundingClientRect()'
         browser.wait(f"{frames}.top >= 0 && {frames}.top < 200")
