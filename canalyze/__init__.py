@@ -27,11 +27,10 @@ if TYPE_CHECKING:
         rules,
         summary,
     )
-    from canalyze.records.findings import Finding, Line
     from canalyze.records.frames import Event, Frame, Note, Signal
-    from canalyze.records.problems import Cause, Moment, Problem, ProblemChange, Step
+    from canalyze.records.objects import Abort, Hole, Transfer
+    from canalyze.records.problems import Cause, Finding, Line, Moment, Problem, ProblemChange, Step
     from canalyze.records.summary import Aborts, Emcy, Node, Spread, StateChange
-    from canalyze.records.transfers import Abort, Hole, Transfer
     from canalyze.values import ObjectRef
 
 __version__ = "0.1.0"
@@ -41,11 +40,10 @@ _FROM = {
     "library": "Options open",
     "library.capture": "Capture",
     "library.columns": "Column Table column_tables columns",
-    "records.findings": "Finding Line",
     "records.frames": "Event Frame Note Signal",
-    "records.problems": "Cause Moment Problem ProblemChange Step",
+    "records.objects": "Abort Hole Transfer",
+    "records.problems": "Cause Finding Line Moment Problem ProblemChange Step",
     "records.summary": "Aborts Emcy Node Spread StateChange",
-    "records.transfers": "Abort Hole Transfer",
     "library.rows": "Events Findings Frames Nodes Problems Transfers",
     "library.series": "Series Signals",
     "library.stream": "Bus Listener live",

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.records import SEVERITIES
-from canalyze.records.findings import Finding, Line
+from canalyze.records.problems import Finding, Line
 
 FINDING = Finding(
     code="SDO001",

@@ -14,8 +14,7 @@ from msgspec import convert
 from msgspec.json import encode
 
 from canalyze.expectations import read
-from canalyze.expectations.draft import KINDS, MOST_ALIKE, MOST_WRITES, Draft, period_of, range_of, round_up
-from canalyze.records.observed import Period
+from canalyze.expectations.draft import KINDS, MOST_ALIKE, MOST_WRITES, Draft, Period, period_of, range_of, round_up
 from canalyze.words import LANGUAGES, Words
 
 Row = dict[str, Any]

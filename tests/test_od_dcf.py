@@ -23,7 +23,7 @@ from canalyze.dictionary import contents, read
 from canalyze.dictionary.files import configured, skeleton
 from canalyze.dictionary.model import REAL, Dictionary, decoded
 from canalyze.records import records
-from canalyze.records.inventory import Head, Object
+from canalyze.records.objects import Head, Object
 
 SESSIONS = [*sorted((SAMPLES / "network").glob("*.log")), *sorted((SAMPLES / "stacks").glob("*.log"))]
 WIDTHS = {kind: width for kind, (_, width) in DATA_TYPES.items() if width}

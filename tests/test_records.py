@@ -12,12 +12,13 @@ from captures import SAMPLES
 from msgspec import inspect
 
 from canalyze import _core, records
-from canalyze.records import findings, frames, info, inventory, live, observed, problems, summary, transfers
+from canalyze.expectations import draft
+from canalyze.records import frames, live, objects, problems, summary
 from canalyze.running.options import SessionOptions
 
 KINDS: list[tuple[str, type[msgspec.Struct]]] = [
     (str(kind.__struct_config__.tag), kind)
-    for module in (findings, frames, info, inventory, observed, problems, summary, transfers)
+    for module in (draft, frames, objects, problems, summary)
     for kind in vars(module).values()
     if isinstance(kind, type)
     and issubclass(kind, msgspec.Struct)

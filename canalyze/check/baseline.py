@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from canalyze.configuration import bounded
 from canalyze.configuration.bounded import short
 from canalyze.errors import ConfigError
-from canalyze.records.findings import Finding
-from canalyze.records.problems import Problem
+from canalyze.records.problems import Finding, Problem
 
 if TYPE_CHECKING:
     from json import JSONDecoder

@@ -22,8 +22,7 @@ from canalyze.configuration import network
 from canalyze.configuration.options import CaptureOptions, known_of, start_session
 from canalyze.errors import CanalyzeError
 from canalyze.records import records
-from canalyze.records.findings import Finding
-from canalyze.records.problems import Problem
+from canalyze.records.problems import Finding, Problem
 from canalyze.running.run import Interrupt, Meter, Run
 from canalyze.sources.file import STDIN
 from canalyze.sources.names import Named

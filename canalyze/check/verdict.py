@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 from msgspec import Struct, field
 
-from canalyze.records.findings import Finding
-from canalyze.records.problems import Problem
+from canalyze.records.problems import Finding, Problem
 
 
 class Counted(Struct, frozen=True):

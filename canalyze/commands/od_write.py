@@ -67,7 +67,7 @@ def _description(one: Pass, read: dict[str, Any], seen: Objects) -> tuple[bytes,
     """Returns the description of the node and its name; None without one."""
     from canalyze.dictionary import contents
     from canalyze.records import records
-    from canalyze.records.inventory import Head
+    from canalyze.records.objects import Head
 
     node = one.node
     bus = next((head.bus for head in records(seen.result, Head) if head.node == node), None)

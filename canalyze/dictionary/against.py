@@ -25,7 +25,7 @@ from canalyze.dictionary.model import (
 )
 from canalyze.errors import SourceError
 from canalyze.records import records
-from canalyze.records.inventory import Head, Object, Pdo
+from canalyze.records.objects import Head, Object, Pdo
 
 ERROR, WARNING, INFO = "error", "warning", "info"
 SEVERITIES: Final = {

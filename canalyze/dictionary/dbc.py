@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.records import records
-from canalyze.records.inventory import MappedObject, MappedPdo
+from canalyze.records.objects import MappedObject, MappedPdo
 
 if TYPE_CHECKING:
     from cantools.database.can import Message, Signal

@@ -11,7 +11,7 @@ from typing import Any, Final, Literal, NamedTuple
 
 from canalyze.dictionary.model import CODES, Address, Dictionary, Entry, comparable, packed
 from canalyze.records import records
-from canalyze.records.inventory import Head, Object
+from canalyze.records.objects import Head, Object
 
 Nature = Literal["state", "history", "time", "command", "serial", "process", "set-point"]
 

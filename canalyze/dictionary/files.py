@@ -16,7 +16,7 @@ from canalyze import _core
 from canalyze.dictionary.model import BY_WIDTH, CODES, UNSIGNED8, UNSIGNED32, Address
 from canalyze.errors import OutputError, SourceError
 from canalyze.records import records
-from canalyze.records.inventory import Head, Object
+from canalyze.records.objects import Head, Object
 from canalyze.words import Words
 
 

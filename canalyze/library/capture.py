@@ -21,11 +21,10 @@ from canalyze.library.rows import Events, Findings, Frames, Nodes, Problems, Tra
 from canalyze.library.series import Signals
 from canalyze.library.stream import Silent
 from canalyze.records import SEVERITIES, Severity, records
-from canalyze.records.findings import Finding, Line, lines
 from canalyze.records.frames import Event, Frame, Signal, events
-from canalyze.records.problems import Overview, Problem
+from canalyze.records.objects import Transfer
+from canalyze.records.problems import Finding, Line, Overview, Problem, lines
 from canalyze.records.summary import Node
-from canalyze.records.transfers import Transfer
 from canalyze.running.reading import Counted, Reading
 
 if TYPE_CHECKING:

@@ -15,11 +15,10 @@ from canalyze.configuration import network
 from canalyze.library.columns import Tabular, columns, table_of
 from canalyze.library.former import renamed
 from canalyze.records import SEVERITIES, Severity
-from canalyze.records.findings import Finding
 from canalyze.records.frames import Event, Frame
-from canalyze.records.problems import FORMER_STATUSES, STATUSES, Problem, Status
+from canalyze.records.objects import Transfer
+from canalyze.records.problems import FORMER_STATUSES, STATUSES, Finding, Problem, Status
 from canalyze.records.summary import Node
-from canalyze.records.transfers import Transfer
 
 if TYPE_CHECKING:
     import pyarrow

@@ -15,10 +15,9 @@ from canalyze.library.capture import Capture
 from canalyze.library.rows import Findings, Problems, Rows, Transfers
 from canalyze.library.series import Series
 from canalyze.output import printable
-from canalyze.records.findings import Finding, Line
 from canalyze.records.frames import Signal
-from canalyze.records.problems import Problem
-from canalyze.records.transfers import Transfer
+from canalyze.records.objects import Transfer
+from canalyze.records.problems import Finding, Line, Problem
 from canalyze.words import Words
 
 if TYPE_CHECKING:

@@ -9,9 +9,8 @@ from msgspec.json import decode
 from msgspec.structs import force_setattr
 
 from canalyze.records import Value, decoder
-from canalyze.records.findings import Finding
-from canalyze.records.problems import Overview, Problem, ProblemChange
-from canalyze.records.transfers import Transfer
+from canalyze.records.objects import Transfer
+from canalyze.records.problems import Finding, Overview, Problem, ProblemChange
 from canalyze.values import ObjectRef, Timed
 
 

@@ -6,8 +6,8 @@ from typing import Literal
 from msgspec import Struct, field
 
 from canalyze.records import Severity
+from canalyze.records.objects import Abort
 from canalyze.records.problems import Grade, Impact, Status
-from canalyze.records.transfers import Abort
 from canalyze.values import ObjectRef, object_ref
 
 

@@ -44,8 +44,7 @@ from msgspec import to_builtins
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.output import Output, dyed, jsonl, printable
 from canalyze.records import SEVERITIES
-from canalyze.records.findings import Finding
-from canalyze.records.problems import Problem
+from canalyze.records.problems import Finding, Problem
 from canalyze.reports import wording
 from canalyze.words import Words
 

@@ -37,7 +37,7 @@ from canalyze.errors import OutputError, SourceError, as_error
 from canalyze.output import jsonl
 from canalyze.output.writing import Part
 from canalyze.records import records
-from canalyze.records.transfers import Transfer
+from canalyze.records.objects import Transfer
 from canalyze.sources.compressed import COMPRESSIONS, Unpacked
 from canalyze.sources.file import Memory
 from canalyze.words import Words

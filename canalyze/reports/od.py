@@ -29,7 +29,7 @@ from canalyze.dictionary.difference import IDENTIFIER, Compared, Difference, Hel
 from canalyze.output import Output, dyed, jsonl, printable
 from canalyze.output.layout import definitions
 from canalyze.records import records
-from canalyze.records.inventory import Head, Object, ObjectValue, Refusal
+from canalyze.records.objects import Head, Object, ObjectValue, Refusal
 from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table, columns, write
 from canalyze.words import Words
 

@@ -18,8 +18,7 @@ from canalyze import __version__
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.output import jsonl, printable
 from canalyze.records import SEVERITIES
-from canalyze.records.findings import Finding
-from canalyze.records.problems import Problem
+from canalyze.records.problems import Finding, Problem
 from canalyze.reports import wording
 from canalyze.sources.file import STDIN
 from canalyze.words import Words

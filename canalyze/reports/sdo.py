@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from canalyze.output import Output
 from canalyze.records import records
-from canalyze.records.transfers import Transfer
+from canalyze.records.objects import Transfer
 from canalyze.reports import table
 from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
 from canalyze.words import Words

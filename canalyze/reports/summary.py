@@ -14,8 +14,22 @@ from msgspec.structs import asdict
 from canalyze.output import Output, dyed, printable
 from canalyze.output.layout import definitions
 from canalyze.records import SEVERITIES, records
-from canalyze.records.info import Info, LeftOut, Opened, Topic
-from canalyze.records.summary import Aborts, Burst, Bus, Capture, Identifier, Node, Pdo, Raised, Spread, Sync
+from canalyze.records.summary import (
+    Aborts,
+    Burst,
+    Bus,
+    Capture,
+    Identifier,
+    Info,
+    LeftOut,
+    Node,
+    Opened,
+    Pdo,
+    Raised,
+    Spread,
+    Sync,
+    Topic,
+)
 from canalyze.reports.table import EMPTY, SPARE, Column, write
 from canalyze.reports.wording import ranges
 from canalyze.words import Words

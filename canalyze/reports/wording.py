@@ -14,7 +14,7 @@ from canalyze.words import Words
 
 if TYPE_CHECKING:
     from canalyze.check.verdict import Counted, Verdict
-    from canalyze.records.findings import Finding
+    from canalyze.records.problems import Finding
 
 _ALSO: Final = 9
 """Frames of further findings of one kind that are named."""

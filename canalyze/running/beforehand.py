@@ -24,8 +24,8 @@ from canalyze.dictionary import read
 from canalyze.errors import SourceError
 from canalyze.output import Output, Progress, complain
 from canalyze.records import records
+from canalyze.records.objects import Transfer
 from canalyze.records.problems import Problem
-from canalyze.records.transfers import Transfer
 from canalyze.reports.diagnosis import near, tree
 from canalyze.reports.wording import ranges
 from canalyze.running.run import NoProgress, Run

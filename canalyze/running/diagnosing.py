@@ -16,9 +16,8 @@ from canalyze.configuration.options import open_session
 from canalyze.errors import ReaderGone, SourceError, as_error
 from canalyze.output import Output, Progress, jsonl, told
 from canalyze.records import records
-from canalyze.records.findings import lines
-from canalyze.records.info import Info
-from canalyze.records.problems import KEYS, Problem, diagnosed
+from canalyze.records.problems import KEYS, Problem, diagnosed, lines
+from canalyze.records.summary import Info
 from canalyze.reports import diagnosis, wording
 from canalyze.reports.diagnosis import Chosen, Diagnosed, fails, select
 from canalyze.running.passes import Pass

@@ -276,7 +276,7 @@ def nothing(
     if frameless and capture.format != "candump":
         return None
     from canalyze.records import decoder
-    from canalyze.records.info import Contents
+    from canalyze.records.summary import Contents
 
     contents: Contents = decoder(Contents)(session.contents())
     if capture.format == "mcap":
