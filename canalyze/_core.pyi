@@ -239,7 +239,7 @@ def description(
 
     Form, encoding, the fields of `FileInfo`, of `Device`, comments, node-ID, name of the node, bit rate, objects with
     the fields of `Object` and `Entry`, dummies, table, PDOs, defects with the fields of `Defect`: all as
-    `dictionary.model` documents them.
+    `canalyze.dictionary` documents them.
     """
 
 def is_description(head: bytes) -> bool:

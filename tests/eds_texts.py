@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import canopen
 
-from canalyze.dictionary import read
-from canalyze.dictionary.model import Dictionary
+from canalyze.dictionary import Dictionary, read
 
 LISTS = "[OptionalObjects]\nSupportedObjects=1\n1=0x2000\n"
 """Three lines before each text: the lists of a file whose only object is 2000h."""

@@ -14,7 +14,7 @@ from captures import CanFrame, log_text, spaced
 from sdo_wire import Channel, abort, expedited_download, expedited_upload, segmented_download, segmented_upload
 
 from canalyze._core import DATA_TYPES
-from canalyze.dictionary.model import BYTES, REAL, STRINGS, Dictionary, Entry, NodeOffset
+from canalyze.dictionary import BYTES, REAL, STRINGS, Dictionary, Entry, NodeOffset
 
 Address = tuple[int, int]
 

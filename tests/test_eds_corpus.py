@@ -15,8 +15,7 @@ import pytest
 from canopen.objectdictionary import ODRecord, ODVariable
 from eds_texts import pdos, pdos_of_the_library
 
-from canalyze.dictionary import load
-from canalyze.dictionary.model import SIGNED, Dictionary, Entry, NodeOffset
+from canalyze.dictionary import SIGNED, Dictionary, Entry, NodeOffset, load
 
 SHARED = Path(__file__).parent.parent.parent / "shared/corpus"
 NODE = 5

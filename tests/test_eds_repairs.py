@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from eds_texts import codes, load
 
+from canalyze.dictionary import EFFECTS
 from canalyze.dictionary import load as load_file
-from canalyze.dictionary.model import EFFECTS
 from canalyze.errors import SourceError
 from canalyze.words import sentences
 

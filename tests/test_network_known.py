@@ -14,9 +14,8 @@ from canalyze.configuration import network
 from canalyze.configuration.config import Config, read
 from canalyze.configuration.descriptions import network as told
 from canalyze.configuration.network import Known
-from canalyze.dictionary import load, rows, table
+from canalyze.dictionary import Dictionary, load, rows, table
 from canalyze.dictionary import read as read_description
-from canalyze.dictionary.model import Dictionary
 from canalyze.errors import ConfigError, SourceError
 from canalyze.words import Words
 

@@ -17,10 +17,9 @@ from captures import EDS, SHARED, CanFrame, log_text, session_output, spaced
 from sdo_wire import Channel, expedited_download, expedited_upload
 from simulated_device import NO_OBJECT, NO_SUB, NODE, READ_ONLY, Device, Held, device, encoded, refused, width
 
-from canalyze.dictionary import load
+from canalyze.dictionary import SIGNED, Dictionary, Entry, load, packed
 from canalyze.dictionary import read as read_description
 from canalyze.dictionary.against import SEVERITIES, Comparison, compared
-from canalyze.dictionary.model import SIGNED, Dictionary, Entry, packed
 from canalyze.words import LANGUAGES, Words
 
 CORPUS = SHARED / "corpus/eds"

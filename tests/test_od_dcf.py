@@ -19,9 +19,8 @@ from captures import EDS, SAMPLES, SHARED, eds_options, read_log, run_canalyze, 
 from sdo_reading import read_transfers
 
 from canalyze._core import DATA_TYPES
-from canalyze.dictionary import contents, read
+from canalyze.dictionary import REAL, Dictionary, contents, decoded, read
 from canalyze.dictionary.files import configured, skeleton
-from canalyze.dictionary.model import REAL, Dictionary, decoded
 from canalyze.records import records
 from canalyze.records.objects import Head, Object
 

@@ -16,9 +16,8 @@ from captures import SHARED, CanFrame, eds_options, log_text, read_log
 from conftest import Runner
 from test_od_dcf import EVERY, SESSIONS, written
 
-from canalyze.dictionary import load
+from canalyze.dictionary import Dictionary, load
 from canalyze.dictionary.difference import compare, standard_nature
-from canalyze.dictionary.model import Dictionary
 
 Rows = list[dict[str, Any]]
 

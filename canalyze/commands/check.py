@@ -8,7 +8,7 @@ Exit codes: 0 nothing fails, 1 findings fail, 2 something could not be read.
 from contextlib import ExitStack, suppress
 
 from canalyze.check import policy
-from canalyze.check.judging import JUDGING, held_policy, job_of, known_findings, report_stale, updated
+from canalyze.check.examination import JUDGING, held_policy, job_of, known_findings, report_stale, updated
 from canalyze.configuration.options import (
     ANY_PATH,
     BITRATE,

@@ -15,7 +15,7 @@ from canalyze.sources.file import STDIN
 from canalyze.words import Words
 
 if TYPE_CHECKING:
-    from canalyze.dictionary.model import Dictionary
+    from canalyze.dictionary import Dictionary
 
 _PACKED: Final = frozenset(one.suffix for one in COMPRESSIONS.values())
 

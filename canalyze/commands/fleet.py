@@ -11,7 +11,7 @@ from contextlib import nullcontext
 from typing import Any, Final
 
 from canalyze import exporting
-from canalyze.check.judging import JUDGING, held_policy, job_of, known_findings
+from canalyze.check.examination import JUDGING, held_policy, job_of, known_findings
 from canalyze.commands.export import TABLE
 from canalyze.configuration.options import (
     ANY_PATH,

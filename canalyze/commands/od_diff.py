@@ -12,8 +12,8 @@ from canalyze.running.passes import AT, FORMS, Pass, capture_command, read_objec
 from canalyze.sources.file import total_size
 
 if TYPE_CHECKING:
+    from canalyze.dictionary import Dictionary
     from canalyze.dictionary.difference import Side
-    from canalyze.dictionary.model import Dictionary
 
 
 def run(one: Pass) -> int:

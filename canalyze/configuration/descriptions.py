@@ -14,8 +14,7 @@ from canalyze.words import Words
 
 if TYPE_CHECKING:
     from canalyze import _core
-    from canalyze.dictionary import Row
-    from canalyze.dictionary.model import Dictionary
+    from canalyze.dictionary import Dictionary, Row
 
 Carrier = tuple[str | None, int]
 """Bus (None is every bus) and node-ID."""
@@ -150,7 +149,7 @@ def say_defects(found: "Dictionary", words: Words, say: Callable[[str], None] = 
     import shlex
     from collections import Counter
 
-    from canalyze.dictionary.model import EFFECTS
+    from canalyze.dictionary import EFFECTS
 
     effects: Counter[str] = Counter()
     for defect in found.defects:

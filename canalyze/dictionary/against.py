@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Final, NamedTuple
 
 from canalyze import _core
-from canalyze.dictionary.model import (
+from canalyze.dictionary import (
     ARRAY,
     BYTES,
     NAMES,

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any, Final, Literal, NamedTuple
 
-from canalyze.dictionary.model import CODES, Address, Dictionary, Entry, comparable, packed
+from canalyze.dictionary import CODES, Address, Dictionary, Entry, comparable, packed
 from canalyze.records import records
 from canalyze.records.objects import Head, Object
 

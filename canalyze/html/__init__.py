@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from canalyze.dictionary.model import EFFECTS
+from canalyze.dictionary import EFFECTS
 from canalyze.errors import OutputError, SourceError
 from canalyze.words import LANGUAGES, sentences
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from canopen import ObjectDictionary
 
     from canalyze._core import Session
-    from canalyze.dictionary.model import Dictionary
+    from canalyze.dictionary import Dictionary
 
 T = TypeVar("T")
 
@@ -84,7 +84,7 @@ class Plan:
     def dictionary(self, bus: str | None, node: int) -> "ObjectDictionary | None":
         """Returns the description of a node as python-canopen has it; None if it has none."""
         found = self.described.get((bus, node), self.described.get((None, node)))
-        from canalyze.dictionary.model import Dictionary
+        from canalyze.dictionary import Dictionary
 
         if not isinstance(found, Dictionary):
             return found

@@ -1,6 +1,6 @@
 """A device description for people: the device, its objects, PDOs, defects; as JSON lines; its PDOs as a DBC file.
 
-What is in a DBC file, `canalyze/dictionary/dbc.py` decides. Keys of JSON are only ever added; a test freezes them.
+What is in a DBC file, `canalyze/dictionary/files.py` decides. Keys of JSON are only ever added; a test freezes them.
 
 kind `dictionary`, one a file:
     kind file form encoding node node_name bit_rate vendor vendor_number product product_number revision order_code
@@ -24,8 +24,8 @@ from collections.abc import Iterable, Iterator
 from typing import Final
 
 from canalyze._core import CobId, Mapped, Pdo
-from canalyze.dictionary.dbc import Described, made
-from canalyze.dictionary.model import ARRAY, NAMES, RECORD, Defect, Dictionary, Entry, NodeOffset, Object, Value
+from canalyze.dictionary import ARRAY, NAMES, RECORD, Defect, Dictionary, Entry, NodeOffset, Object, Value
+from canalyze.dictionary.files import Described, database
 from canalyze.output import Output, complain, jsonl, printable
 from canalyze.output.layout import definitions, width
 from canalyze.reports.table import columns, write
@@ -404,7 +404,7 @@ def _json_number(value: int | float | None) -> object:
 
 def write_dbc(out: Output, words: Words, name: str, result: bytes, described: Described) -> None:
     """Writes the PDOs of one bus. CanalyzeError where that cannot be."""
-    found = made(result, described)
+    found = database(result, described)
     out.write(found.data)
     complain(f"canalyze: {words('dbc.written', name=name, messages=found.messages, signals=found.signals)}")
     for key, facts in found.said:

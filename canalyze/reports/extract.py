@@ -32,7 +32,7 @@ from typing import Any, BinaryIO, Final, NamedTuple, TypeAlias
 
 from canalyze import _core
 from canalyze.dictionary import read
-from canalyze.dictionary.dbc import identifier
+from canalyze.dictionary.files import identifier
 from canalyze.errors import OutputError, SourceError, as_error
 from canalyze.output import jsonl
 from canalyze.output.writing import Part
