@@ -33,9 +33,8 @@ from canalyze import _core
 from canalyze.commands.export import name_of
 from canalyze.errors import OutputError
 from canalyze.exporting import FOLDER, TABLES, Target, form_of
-from canalyze.exporting.export import SETTINGS, About, Export
+from canalyze.exporting.export import ROWS, SETTINGS, About, Export
 from canalyze.exporting.shaping import Message, identifier, joined
-from canalyze.exporting.writing import ROWS
 from canalyze.running.options import SessionOptions
 
 NETWORK = SAMPLES / "network" / "sync-and-pdos.log"
@@ -343,7 +342,7 @@ def test_identifiers(name: str, made: str) -> None:
 @pytest.mark.parametrize("group", [1, ROWS], ids=["written in pieces", "in one"])
 def test_a_column_gets_wider(group: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An object that is mapped with 8 bits and then with 32 is one column all the same; 64 bits are another."""
-    monkeypatch.setattr("canalyze.exporting.writing.ROWS", group)
+    monkeypatch.setattr("canalyze.exporting.export.ROWS", group)
     path = tmp_path / "mapped.log"
     pdo = b"(1.0) can0 185#FFFFFFFF00000080\n"
     path.write_bytes(b"".join(mapped(0x2000_0000 + bits) + pdo for bits in (8, 32, 64)))
@@ -403,7 +402,7 @@ def test_one_file_of_each_kind(table: str, lake: Path, tmp_path: Path) -> None:
 def test_few_files_are_open_at_once(lake: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was written in pieces is put together: one file each, with the same rows."""
     monkeypatch.setattr("canalyze.exporting.export._OPEN", 1)
-    monkeypatch.setattr("canalyze.exporting.writing.ROWS", 1)
+    monkeypatch.setattr("canalyze.exporting.export.ROWS", 1)
     out = export(tmp_path / "lake", "--eds", DRIVE, "--device", "truck 1/a")
     assert files(out) == files(lake)
     for path in files(out):
