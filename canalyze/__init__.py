@@ -9,10 +9,9 @@ if TYPE_CHECKING:
     from canalyze._core import Batch
     from canalyze.errors import CanalyzeError, ConfigError, CoreError, OutputError, ReaderGone, SourceError
     from canalyze.library import Options, open
-    from canalyze.library.capture import Capture
+    from canalyze.library.capture import Capture, Series, Signals
     from canalyze.library.columns import Column, Table, column_tables, columns
     from canalyze.library.rows import Events, Findings, Frames, Nodes, Problems, Transfers
-    from canalyze.library.series import Series, Signals
     from canalyze.library.stream import Bus, Listener, live
     from canalyze.library.whole import (
         Diagnosis,
@@ -38,14 +37,13 @@ _FROM = {
     "_core": "Batch",
     "errors": "CanalyzeError ConfigError CoreError OutputError ReaderGone SourceError",
     "library": "Options open",
-    "library.capture": "Capture",
+    "library.capture": "Capture Series Signals",
     "library.columns": "Column Table column_tables columns",
     "records.frames": "Event Frame Note Signal",
     "records.objects": "Abort Hole Transfer",
     "records.problems": "Cause Finding Line Moment Problem ProblemChange Step",
     "records.summary": "Aborts Emcy Node Spread StateChange",
     "library.rows": "Events Findings Frames Nodes Problems Transfers",
-    "library.series": "Series Signals",
     "library.stream": "Bus Listener live",
     "library.whole": "Diagnosis Diff Inventory Summary convert diagnose diff explain od rules summary",
     "values": "ObjectRef",

@@ -1,18 +1,19 @@
 """Tables: their columns, in one list, and the way to pyarrow, pandas and polars, which are imported only then.
 
 Columns of the core's tables are those of its schema; lists of the library have those of the table of the same name
-that their rows know. Must not: read a capture.
+that their rows know. Former names of the library are still accepted for a release, and each use warns; those of
+classes are in `canalyze/__init__.py`. Must not: read a capture.
 """
 
 import importlib
 import json
+import warnings
 from collections.abc import Collection, Iterable, Sequence
 from functools import cache
 from html import escape
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from canalyze.errors import CanalyzeError
-from canalyze.library import former
 
 if TYPE_CHECKING:
     import pandas
@@ -20,6 +21,32 @@ if TYPE_CHECKING:
     import pyarrow
 
     from canalyze._core import Table as Core
+
+TABLES: Final = {"incidents": "problems"}
+"""Former names of tables of columns, each with that of today."""
+
+
+def renamed(name: str, today: str) -> property:
+    """Returns an attribute by its former name, with a warning."""
+
+    def get(self: Any) -> Any:
+        warn(name, today)
+        return getattr(self, today)
+
+    return property(get, doc=f"Deprecated: the former name of `{today}`.")
+
+
+def present(name: str) -> str:
+    """Returns the present name of a table."""
+    if name in TABLES:
+        warn(name, TABLES[name])
+    return TABLES.get(name, name)
+
+
+def warn(name: str, today: str) -> None:
+    """Warns about the use of a former name."""
+    warnings.warn(f"{name} is called {today} now", DeprecationWarning, stacklevel=3)
+
 
 _OWN: Final = {
     "nodes": "bus:word? node:uint8 name:string? frames:uint64 sent:uint64 tpdos:uint64 rpdos:uint64 state:word?"
@@ -56,7 +83,7 @@ def columns(table: str) -> tuple[Column, ...]:
     All but `nodes` and `events` are those of `Capture.tables`; `pdo` and `wide` stand for the tables of PDOs, in
     which the signals follow. Lists of a capture give the same columns, as far as a row has them.
     """
-    name = former.table(table)
+    name = present(table)
     if name not in (tables := column_tables()):
         raise ValueError(f"table={table!r}: one of {', '.join(tables)}")
     rows = [text.partition(":")[::2] for text in _OWN.get(name, "").split()]

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self, TypeAlias
 from msgspec.structs import replace
 
 from canalyze.configuration import network
-from canalyze.library.columns import Tabular, columns, table_of
-from canalyze.library.former import renamed
+from canalyze.library.columns import Tabular, columns, renamed, table_of
 from canalyze.records import SEVERITIES, Severity
 from canalyze.records.frames import Event, Frame
 from canalyze.records.objects import Transfer

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, Self, TypeVar, Unpack
 from canalyze.configuration import network
 from canalyze.errors import SourceError, one_line
 from canalyze.library import Known
-from canalyze.library.former import renamed
+from canalyze.library.columns import renamed
 from canalyze.library.plan import Plan, plan
 from canalyze.library.rows import Problems
 from canalyze.records.frames import Event, events

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any, Final
 from msgspec.structs import fields
 
 from canalyze.errors import CanalyzeError
-from canalyze.library.capture import Capture
+from canalyze.library.capture import Capture, Series
 from canalyze.library.rows import Findings, Problems, Rows, Transfers
-from canalyze.library.series import Series
 from canalyze.output import printable
 from canalyze.records.frames import Signal
 from canalyze.records.objects import Transfer
