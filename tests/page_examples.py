@@ -30,8 +30,9 @@ from pathlib import Path
 import forked
 from captures import SAMPLES
 
-from canalyze import examples, html
-from canalyze.examples import EXAMPLES, of_pages
+from canalyze import html
+from canalyze.commands import examples
+from canalyze.commands.examples import EXAMPLES, of_pages
 from canalyze.pages import FOLDER
 from canalyze.words import LANGUAGES
 

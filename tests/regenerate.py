@@ -27,8 +27,8 @@ from monitor_screens import golden as screen_golden
 from monitor_screens import goldens as screen_goldens
 from monitor_screens import screens
 
-from canalyze import examples
 from canalyze._core import sniff
+from canalyze.commands import examples
 
 BRIEF = {"zephyr-sdo", "zephyr-sdo-causal", "string-5-bytes", "string-100-bytes", "sdo-block", "two-nodes-interleaved"}
 EXPLAIN = {"zephyr-sdo", "sdo-block", "services"}

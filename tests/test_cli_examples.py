@@ -13,7 +13,7 @@ from conftest import Runner
 from diagnoses import diagnosed
 from example_captures import EXAMPLES
 
-from canalyze.examples import DEMO, FOLDER, of_pages
+from canalyze.commands.examples import DEMO, FOLDER, of_pages
 
 TOLD = {
     "node-lost.log": [("node-silent", "open", 9)],

@@ -26,7 +26,8 @@ import pytest
 from conftest import environment
 from page_examples import BUILT
 
-from canalyze import cli, examples
+from canalyze import cli
+from canalyze.commands import examples
 
 FOLDER: Final = Path(__file__).with_name("command_lines")
 SHOWN: Final = 4

@@ -7,7 +7,7 @@ import pytest
 from conftest import Runner
 
 from canalyze.cli import COMMANDS, build
-from canalyze.examples import FOLDER
+from canalyze.commands.examples import FOLDER
 
 LOST = "node-lost.log"
 

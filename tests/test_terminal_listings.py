@@ -8,7 +8,7 @@ from captures import SAMPLES
 from conftest import Runner
 from test_cli_terminal import on_terminal
 
-from canalyze.examples import FOLDER
+from canalyze.commands.examples import FOLDER
 from canalyze.output.layout import hanging, width
 
 LOST = "node-lost.log"
