@@ -17,7 +17,7 @@ from captures import SAMPLES, described_beside
 from canalyze import _core
 from canalyze.monitor.app import Monitor
 from canalyze.monitor.keys import VIEWS
-from canalyze.monitor.watch import Watch
+from canalyze.monitor.opening import Watch
 from canalyze.running.options import SessionOptions
 from canalyze.running.reading import Reading
 from canalyze.sources.format import open_capture

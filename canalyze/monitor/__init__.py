@@ -1,6 +1,6 @@
 """The screen of `canalyze monitor`; the only package that imports textual.
 
-watch.py      the thread that reads, and its state
+opening.py    what is watched: the thread that reads it, and its state
 app.py        the application: the layout of the views, actions of keys, the refresh of the screen
 grid.py       a table whose cells are updated in place; the base of all views; numbers and bars in few columns
 views.py      from a snapshot of the core to rows: nodes, objects, transfers, findings, problems

@@ -10,7 +10,7 @@ import select
 import signal
 import sys
 from contextlib import suppress
-from typing import Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from rich.console import RenderableType
 from textual import events
@@ -25,10 +25,12 @@ from canalyze.monitor.grid import Grid, Row, rate
 from canalyze.monitor.keys import VIEWS, Foot, Page, Prompt, bindings, help_page, of_finding, of_frame, of_node
 from canalyze.monitor.status import Below, Status
 from canalyze.monitor.trace import Trace
-from canalyze.monitor.watch import Watch
 from canalyze.records import SEVERITIES
 from canalyze.records.live import Snapshot, Tally, Transfers
 from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze.monitor.opening import Watch
 
 _BEAT_S: Final = 0.1
 _WIDE: Final = 120
@@ -71,7 +73,7 @@ class Monitor(App[int]):
     BINDINGS: ClassVar = bindings()
 
     def __init__(
-        self, watch: Watch, words: Words, *, expression: str = "", beat: bool = True, bell: bool = False
+        self, watch: "Watch", words: Words, *, expression: str = "", beat: bool = True, bell: bool = False
     ) -> None:
         """Shows the source of `watch`; `expression` is the first filter of the trace.
 
