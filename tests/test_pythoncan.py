@@ -26,7 +26,7 @@ from conftest import Runner, command
 from canalyze._core import FORMATS, Session
 from canalyze.errors import OutputError, SourceError
 from canalyze.running.options import SessionOptions
-from canalyze.sinks.pythoncan import LOSSES, open_sink
+from canalyze.sinks import LOSSES, open_sink
 from canalyze.sources.bridge import packed, reading
 from canalyze.sources.bridge.packed import Packer
 from canalyze.sources.file import Source
