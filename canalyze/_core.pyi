@@ -340,7 +340,7 @@ class Session:
         name: for messages and JSON. regular: a whole file (not a pipe): dialects may be decided on its first 64 KiB,
         so output may lag by as much. input: files that are joined by time are numbered from 0 in the order in which
         they begin, and all of them begin before any is fed; a file by itself is 0. ValueError for a format that is
-        neither in FORMATS nor `packed`, the records of another reader (`sources/packed.py`), nor `live`, the blocks
+        neither in FORMATS nor `packed`, the records of another reader (`sources/bridge/`), nor `live`, the blocks
         of live buses (`sources/live.py`), which also tell the time.
         """
     def feed(self, data: bytes, input: int = 0) -> bytes:

@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 
 from canalyze.errors import CanalyzeError, OutputError, one_line
 from canalyze.output import FileOutput, Output, open_output
-from canalyze.sources.bridge import library
-from canalyze.sources.bridge.packed import Record, Unpacker, nanoseconds
+from canalyze.sources.bridge import Record, Unpacker, library, nanoseconds
 from canalyze.sources.compressed import COMPRESSIONS
 from canalyze.values import DATES_NS
 

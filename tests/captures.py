@@ -20,8 +20,7 @@ import forked
 from canalyze import _core
 from canalyze.dictionary import load
 from canalyze.running.options import SessionOptions
-from canalyze.sources.file import Memory
-from canalyze.sources.format import Capture
+from canalyze.sources import Capture, Memory
 
 TESTS = Path(__file__).resolve().parent
 SAMPLES = TESTS.parent / "samples"

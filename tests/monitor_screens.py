@@ -20,7 +20,7 @@ from canalyze.monitor.keys import VIEWS
 from canalyze.monitor.opening import Watch
 from canalyze.running.options import SessionOptions
 from canalyze.running.reading import Reading
-from canalyze.sources.format import open_capture
+from canalyze.sources import open_capture
 from canalyze.sources.replay import Replay
 from canalyze.words import Words
 

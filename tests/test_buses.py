@@ -23,9 +23,8 @@ from canalyze._core import Session
 from canalyze.errors import SourceError
 from canalyze.running.options import SessionOptions
 from canalyze.sources import live
-from canalyze.sources.bridge import buses
+from canalyze.sources.bridge import bus_name, buses
 from canalyze.sources.bridge.buses import PythonCan
-from canalyze.sources.bridge.packed import bus_name
 from canalyze.words import Words
 
 CHANNEL = "test_buses"

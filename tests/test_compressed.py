@@ -125,7 +125,7 @@ def test_memory_does_not_grow_with_what_is_unpacked(form: str, tmp_path: Path) -
     lines = b"# nothing but a comment that takes its time\n" * 50_000
     (tmp_path / "bomb").write_bytes(PACK[form](lines) * 100)
     script = (
-        "from canalyze.sources.format import open_capture\n"
+        "from canalyze.sources import open_capture\n"
         "with open_capture('bomb') as capture:\n"
         "    size = 0\n"
         "    while data := capture.read():\n"

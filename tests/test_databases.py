@@ -19,8 +19,8 @@ import pytest
 from conftest import Runner
 from test_pythoncan import told, written
 
-from canalyze.sources.bridge.database import heed, interruptible
-from canalyze.sources.format import open_capture
+from canalyze.sources import open_capture
+from canalyze.sources.bridge.reading import heed, interruptible
 
 COUNT = 400
 

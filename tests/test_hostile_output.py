@@ -12,7 +12,7 @@ from test_hostile_files import XDD
 from canalyze._core import Session
 from canalyze.output import commandless, jsonl, printable
 from canalyze.running.options import SessionOptions
-from canalyze.sources.bridge import packed
+from canalyze.sources import bridge
 
 EVIL = "\x7f\x85\x9b\u200b\u202e\u2028\u2066\ufeff"
 NAME = f"evil{EVIL}##[error]x.pcapng"
@@ -175,12 +175,12 @@ def test_a_reader_that_leaves_is_not_told_that_captures_are_alike(
 @pytest.mark.parametrize(
     ("lang", "known", "unknown"), [("en", "; 7 bytes", "unknown number of bytes"), ("zh", "跳过7字节", "字节数未知")]
 )
-@pytest.mark.parametrize("kind", [packed.CHECKSUM, packed.STRUCTURE, packed.COMPRESSION])
+@pytest.mark.parametrize("kind", [bridge.CHECKSUM, bridge.STRUCTURE, bridge.COMPRESSION])
 def test_damage_of_unknown_size_is_said_so(kind: int, lang: str, known: str, unknown: str) -> None:
     for size, said in ((7, known), (None, unknown)):
         session = Session(SessionOptions(lang=lang, format="check"))
         session.begin("a.blf", True, "packed")
-        out = session.feed(packed.damage(kind, 144, size)) + session.end() + session.finish()
+        out = session.feed(bridge.damage(kind, 144, size)) + session.end() + session.finish()
         (finding,) = map(json.loads, out.splitlines())
         assert said in finding["message"] and ";  bytes" not in finding["message"]
         assert finding["facts"].get("bytes") == size

@@ -21,7 +21,7 @@ from conftest import Runner
 
 from canalyze import _core
 from canalyze.running.options import SessionOptions
-from canalyze.sources.format import open_capture
+from canalyze.sources import open_capture
 
 SESSIONS = [
     SAMPLES / "stacks" / "a2-selfstart-heartbeat.log",

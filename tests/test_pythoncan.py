@@ -27,10 +27,8 @@ from canalyze._core import FORMATS, Session
 from canalyze.errors import OutputError, SourceError
 from canalyze.running.options import SessionOptions
 from canalyze.sinks import LOSSES, open_sink
-from canalyze.sources.bridge import packed, reading
-from canalyze.sources.bridge.packed import Packer
-from canalyze.sources.file import Source
-from canalyze.sources.format import Capture, open_capture
+from canalyze.sources import Capture, Source, bridge, open_capture
+from canalyze.sources.bridge import Packer, reading
 from canalyze.words import Words
 
 CORPUS = Path(__file__).parent.parent.parent / "shared/corpus"
@@ -240,7 +238,7 @@ def test_a_bus_gets_a_channel_of_its_own(tmp_path: Path) -> None:
 
 def test_a_sink_that_fails_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(KeyError), open_sink(str(tmp_path / "a.blf"), "blf", force=False) as sink:
-        sink.write(packed.dialect("reader", "x"))
+        sink.write(bridge.dialect("reader", "x"))
         raise KeyError
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(OutputError):
@@ -576,7 +574,7 @@ def test_asammdf_that_takes_its_process_down(tmp_path: Path, monkeypatch: pytest
     need("mf4")
     path = written("mf4", tmp_path / "a.mf4", list(session()))
     begin = "import os, signal, sys\nput = sys.stdout.buffer.write\n"
-    head = packed.dialect("reader", "python-can")
+    head = bridge.dialect("reader", "python-can")
     frames = b"".join(map(Packer(6, directed=True, bus=str).frame, session()))
     for pieces, count in (([], 0), ([head], 0), ([head, frames], 60)):
         puts = [f"put({marshal.dumps((reading.RECORDS, piece))!r})\n" for piece in pieces]

@@ -18,7 +18,7 @@ from canalyze.running import recording
 from canalyze.running.options import SessionOptions
 from canalyze.running.recording import Limit, Recording, Recordings, limit, open_recordings
 from canalyze.sources import live
-from canalyze.sources.bridge.packed import Packer
+from canalyze.sources.bridge import Packer
 from canalyze.words import Words
 
 EN = Words("en")
@@ -39,7 +39,7 @@ def blocks(first: int, count: int, *, bus: int = 0, name: str = "can0") -> bytes
 
 def lines(path: Path, form: str = "") -> list[str]:
     """The frames of a file as candump writes them, however it ends."""
-    from canalyze.sources.format import open_capture
+    from canalyze.sources import open_capture
 
     session = Session(SessionOptions(lang="en", format="convert", to="candump"))
     out = b""

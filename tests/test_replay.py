@@ -13,7 +13,7 @@ from canalyze import _core
 from canalyze.errors import SourceError
 from canalyze.running.options import SessionOptions
 from canalyze.running.reading import Reading
-from canalyze.sources.format import open_capture
+from canalyze.sources import open_capture
 from canalyze.sources.live import RECORDS, RELEASE_ALL, UNTIL, heads
 from canalyze.sources.replay import FASTEST, RATE, SLOWEST, Replay
 from canalyze.words import Words

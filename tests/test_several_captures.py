@@ -13,7 +13,7 @@ import pytest
 from conftest import Runner
 from test_diagnosis import lost
 
-from canalyze.sources.recordings import APART_NS, Span, recordings
+from canalyze.sources.names import APART_NS, Span, recordings
 
 S = 1_000_000_000
 T = 1_700_000_000 * S

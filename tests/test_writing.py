@@ -252,7 +252,7 @@ def sized(directory: Path) -> Path:
     folder = directory / "python"
     folder.mkdir(exist_ok=True)
     (folder / "sitecustomize.py").write_text(
-        "import canalyze.sources.file as file\nfile.total_size = lambda names: 1_000_000\n"
+        "import canalyze.sources as file\nfile.total_size = lambda names: 1_000_000\n"
     )
     return folder
 

@@ -40,7 +40,7 @@ from canalyze.output import FileOutput, complain
 from canalyze.records import records
 from canalyze.records.problems import Finding, Problem
 from canalyze.running.run import Interrupt, Meter, Run
-from canalyze.sources.file import STDIN
+from canalyze.sources import STDIN
 from canalyze.sources.names import Named
 from canalyze.words import Words
 

@@ -25,7 +25,7 @@ from canalyze.errors import ReaderGone
 from canalyze.output import FileOutput, Progress, complain
 from canalyze.reports import check
 from canalyze.running.passes import Pass, capture_command
-from canalyze.sources.file import STDIN, total_size
+from canalyze.sources import STDIN, total_size
 from canalyze.sources.names import expanded
 
 

@@ -9,7 +9,7 @@ from canalyze.errors import OutputError
 from canalyze.output import Progress, complain
 from canalyze.running.passes import Pass, pass_command
 from canalyze.sinks import RECORDS, STDOUT, Target, compressions, forms, open_target, suffixes, target
-from canalyze.sources.file import STDIN, total_size
+from canalyze.sources import STDIN, total_size
 from canalyze.words import Words
 
 

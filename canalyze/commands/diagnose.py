@@ -26,7 +26,7 @@ from canalyze.reports import diagnosis, wording
 from canalyze.reports.diagnosis import FAIL_ON, Chosen, check_places, fails, select
 from canalyze.running import diagnosing
 from canalyze.running.passes import Pass, capture_command
-from canalyze.sources.file import STDIN
+from canalyze.sources import STDIN
 
 
 def run(one: Pass) -> int:

@@ -12,7 +12,7 @@ from canalyze.configuration.options import ANY_PATH, MERGE, OUTPUT, READING, arg
 from canalyze.errors import ReaderGone
 from canalyze.running.diagnosing import around
 from canalyze.running.passes import Pass, pass_command
-from canalyze.sources.file import STDIN
+from canalyze.sources import STDIN
 from canalyze.words import Words
 
 _MOST: Final = 1000.0

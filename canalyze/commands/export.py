@@ -10,8 +10,8 @@ from canalyze.configuration.options import OUTPUT, PROBLEM, SELECT, configured, 
 from canalyze.exporting import FIRST, FOLDER, FORMS, TABLES, Target, form_of, require
 from canalyze.output import Output, Progress
 from canalyze.running.passes import Pass, capture_command
+from canalyze.sources import STDIN
 from canalyze.sources.compressed import COMPRESSIONS
-from canalyze.sources.file import STDIN
 from canalyze.words import Words
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from canalyze.errors import CanalyzeError
 from canalyze.output import terminal_encoding
 from canalyze.running.listening import LISTENING, OwnOptions
 from canalyze.running.passes import Pass, pass_command
-from canalyze.sources.file import STDIN
+from canalyze.sources import STDIN
 from canalyze.words import Words
 
 _FILES: Final = frozenset({"speed", "stamps", "input_format", "merge", "threads", "topic", "time_source", "mcap_map"})

@@ -9,7 +9,7 @@ from canalyze.configuration.options import ANY_PATH, COLOR, FILES, SHORT, argume
 from canalyze.errors import ReaderGone
 from canalyze.output import Progress
 from canalyze.running.passes import AT, FORMS, Pass, capture_command, read_objects
-from canalyze.sources.file import total_size
+from canalyze.sources import total_size
 
 if TYPE_CHECKING:
     from canalyze.dictionary import Dictionary

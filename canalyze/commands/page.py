@@ -22,7 +22,7 @@ from canalyze.output import FileOutput, Output
 from canalyze.reports import wording
 from canalyze.running.passes import Pass, pass_command
 from canalyze.running.reading import Counted
-from canalyze.sources.format import open_capture
+from canalyze.sources import open_capture
 from canalyze.sources.names import expanded
 from canalyze.words import Words
 

@@ -213,7 +213,7 @@ def _show_help(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
 
 
 def _formats() -> Sequence[str]:
-    from canalyze.sources.format import input_formats
+    from canalyze.sources import input_formats
 
     return input_formats()
 
@@ -405,7 +405,7 @@ def known_of(given: CaptureOptions) -> network.Known:
 def inputs(files: tuple[str, ...], words: Words) -> tuple[str, ...]:
     """Returns the inputs: those named, else standard input if it is a pipe or a file; none is a usage error."""
     from canalyze.running.run import piped
-    from canalyze.sources.file import STDIN
+    from canalyze.sources import STDIN
 
     if files:
         return files

@@ -398,7 +398,7 @@ def describes(name: str) -> bool:
 
 def contents(name: str) -> tuple[bytes, str]:
     """Returns the bytes of a file ('-' is standard input), and its name for messages."""
-    from canalyze.sources.file import Source
+    from canalyze.sources import Source
 
     data = bytearray()
     with Source(name) as source:

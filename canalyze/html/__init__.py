@@ -18,8 +18,8 @@ from canalyze.words import LANGUAGES, sentences
 
 if TYPE_CHECKING:
     from canalyze.running.reading import Counted
+    from canalyze.sources import Capture
     from canalyze.sources.compressed import Damage
-    from canalyze.sources.format import Capture
 
     Part = Capture | Counted
 

@@ -20,9 +20,8 @@ from canalyze.errors import SourceError
 from canalyze.library import Described, Descriptions, Known, Options
 from canalyze.library.rows import one_of
 from canalyze.running.options import SessionOptions
-from canalyze.sources.bridge.packed import is_message, of_messages
-from canalyze.sources.file import Memory, Source
-from canalyze.sources.format import Capture, identified, input_formats
+from canalyze.sources import Capture, Memory, Source, identified, input_formats
+from canalyze.sources.bridge import is_message, of_messages
 from canalyze.words import Words
 
 if TYPE_CHECKING:

@@ -25,12 +25,12 @@ from canalyze.records.frames import Event, events
 from canalyze.records.problems import Overview, Problem
 from canalyze.running.reading import Reading
 from canalyze.sources import live as blocks
-from canalyze.sources.bridge.packed import Packer, Unfit, bus_name, is_message, nanoseconds
+from canalyze.sources.bridge import Packer, Unfit, bus_name, is_message, nanoseconds
 
 if TYPE_CHECKING:
     from can import Message
 
-    from canalyze.sources.format import Capture
+    from canalyze.sources import Capture
 
 T = TypeVar("T")
 

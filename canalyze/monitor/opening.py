@@ -21,7 +21,7 @@ from canalyze.records.live import NodeDetails, Snapshot
 from canalyze.running.listening import ListeningOptions, channels_of, listening, set_rates
 from canalyze.running.reading import Reading
 from canalyze.sinks import RECORDS
-from canalyze.sources.format import open_capture
+from canalyze.sources import open_capture
 from canalyze.sources.replay import Replay
 from canalyze.words import Words
 

@@ -38,8 +38,8 @@ from canalyze.output import jsonl
 from canalyze.output.writing import Part
 from canalyze.records import records
 from canalyze.records.objects import Transfer
+from canalyze.sources import Memory
 from canalyze.sources.compressed import COMPRESSIONS, Unpacked
-from canalyze.sources.file import Memory
 from canalyze.words import Words
 
 FILL: Final = b"\0"

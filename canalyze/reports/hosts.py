@@ -26,7 +26,7 @@ from canalyze.output import printable
 from canalyze.records import SEVERITIES, Severity
 from canalyze.records.problems import Problem
 from canalyze.reports import wording
-from canalyze.sources.file import STDIN
+from canalyze.sources import STDIN
 from canalyze.words import Words
 
 _COMMANDS: Final = {"error": "error", "warning": "warning", "info": "notice"}

@@ -20,7 +20,7 @@ from canalyze.output import jsonl, printable
 from canalyze.records import SEVERITIES
 from canalyze.records.problems import Finding, Problem
 from canalyze.reports import wording
-from canalyze.sources.file import STDIN
+from canalyze.sources import STDIN
 from canalyze.words import Words
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
 from canalyze.output import printable
-from canalyze.sources.file import STDIN
+from canalyze.sources import STDIN
 from canalyze.words import Words
 
 if TYPE_CHECKING:

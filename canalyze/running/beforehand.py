@@ -29,7 +29,7 @@ from canalyze.records.problems import Problem
 from canalyze.reports.diagnosis import near, tree
 from canalyze.reports.wording import ranges
 from canalyze.running.run import NoProgress, Run
-from canalyze.sources.file import STDIN, total_size
+from canalyze.sources import STDIN, total_size
 from canalyze.sources.names import expanded
 from canalyze.words import Words
 

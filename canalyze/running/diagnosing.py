@@ -22,9 +22,8 @@ from canalyze.reports import diagnosis, wording
 from canalyze.reports.diagnosis import Chosen, Diagnosed, fails, select
 from canalyze.running.passes import Pass
 from canalyze.running.run import Interrupt, NoProgress, Run
-from canalyze.sources.file import CHUNK, STDIN, total_size
-from canalyze.sources.names import below, expanded
-from canalyze.sources.recordings import Span, recordings
+from canalyze.sources import CHUNK, STDIN, total_size
+from canalyze.sources.names import Span, below, expanded, recordings
 from canalyze.values import nanoseconds
 
 

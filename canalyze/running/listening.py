@@ -15,11 +15,9 @@ from typing import Any, Final, NamedTuple, TypedDict
 from canalyze.configuration import network
 from canalyze.configuration.options import ANY_PATH, BITRATE, FORCE, CaptureOptions, configured, option, positive, usage
 from canalyze.running.recording import Limit, Recordings, form_of, limit, open_recordings, recordable
-from canalyze.sources import netdevices
-from canalyze.sources.bridge import buses
+from canalyze.sources import STDIN, netdevices
+from canalyze.sources.bridge import bus_name, buses
 from canalyze.sources.bridge.buses import OWN
-from canalyze.sources.bridge.packed import bus_name
-from canalyze.sources.file import STDIN
 from canalyze.sources.live import MOST_BUSES, Bus, Live
 from canalyze.words import Words
 

@@ -17,7 +17,7 @@ from canalyze.configuration.options import CAPTURE, Parameter, inputs, moment, o
 from canalyze.output import Output, Progress, complain, open_output, told
 from canalyze.output.help import simple_command
 from canalyze.running.run import Run
-from canalyze.sources.file import total_size
+from canalyze.sources import total_size
 from canalyze.words import Words
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Final, Protocol, TypeVar
 
 from canalyze.errors import SourceError
-from canalyze.sources.format import Capture, input_formats, open_capture
+from canalyze.sources import Capture, input_formats, open_capture
 from canalyze.words import Words
 
 if TYPE_CHECKING:

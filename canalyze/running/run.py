@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Protocol, Self, TypeVar
 from canalyze.errors import ReaderGone, SourceError
 from canalyze.output import complain
 from canalyze.running.reading import Reading
-from canalyze.sources.format import Capture, open_capture
+from canalyze.sources import Capture, open_capture
 from canalyze.words import Words
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from canalyze.output import FileOutput, Output, Progress, complain, hint, told
 from canalyze.output.writing import in_place
 from canalyze.running.passes import Pass
 from canalyze.running.run import Interrupt
-from canalyze.sources.file import STDIN
+from canalyze.sources import STDIN
 from canalyze.timeline.viewer import (
     LOCAL,
     Viewer,

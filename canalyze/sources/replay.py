@@ -12,7 +12,7 @@ from collections.abc import Generator
 from types import TracebackType
 from typing import Final
 
-from canalyze.sources.bridge.packed import BUS, DROPPED, FRAME, records
+from canalyze.sources.bridge import BUS, DROPPED, FRAME, records
 from canalyze.sources.live import RELEASE_ALL, Blocks, dropped_block, name_block, records_block, until_block
 
 RATE: Final = 1000.0

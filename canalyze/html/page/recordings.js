@@ -1,4 +1,4 @@
-// Joins files that are parts of one recording, by the rules of canalyze/sources/recordings.py.
+// Joins files that are parts of one recording, by the rules of canalyze/sources/names.py.
 
 /** Longest time from the end of a part to the begin of the next. */
 const APART_NS = 5000000000n;

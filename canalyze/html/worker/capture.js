@@ -51,7 +51,7 @@ class Capture {
     if (format) this.layers.push((pieces) => this.unpacked(pieces)); // inside a page all is packed
   }
 
-  /** Finds out the format, as canalyze/sources/format.py does. */
+  /** Finds out the format, as canalyze/sources does. */
   async look() {
     while (!this.format) {
       const { form, head } = await this.sniffed();

@@ -13,8 +13,7 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from canalyze.errors import CanalyzeError, SourceError
-from canalyze.sources.bridge import Heard, library
-from canalyze.sources.bridge.packed import Packer, Unfit, bus_name
+from canalyze.sources.bridge import Heard, Packer, Unfit, bus_name, library
 from canalyze.sources.live import Bus, LinkLost, dropped_block, name_block, records_block, until_block
 from canalyze.values import DATES_NS
 
