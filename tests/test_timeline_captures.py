@@ -24,7 +24,7 @@ from recordings import Recording, recording, verified
 from canalyze import _core
 from canalyze.running.options import SessionOptions
 from canalyze.timeline import TABLES
-from canalyze.timeline.colours import COLOURS
+from canalyze.timeline.charts import COLOURS
 from canalyze.timeline.recording import Timeline
 from canalyze.timeline.stream import escaped, part
 from canalyze.words import Words

@@ -21,8 +21,8 @@ from timeline_contents import EVERY, drive, hundreds, lanes, network, plot, seri
 
 from canalyze.output.layout import width
 from canalyze.timeline import charts
-from canalyze.timeline.contents import Contents, Series
 from canalyze.timeline.layout import CLOCK, PAGE, ROOM, SPAN, TITLE, WIDE, fit, layout, listed
+from canalyze.timeline.stream import Contents, Series
 from canalyze.words import LANGUAGES, Words
 
 ALL = pytest.mark.parametrize("contents", EVERY.values(), ids=EVERY.keys())

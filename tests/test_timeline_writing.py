@@ -21,7 +21,7 @@ from timeline_batches import pdo, table
 from timeline_viewer import RERUN
 
 from canalyze.errors import OutputError
-from canalyze.timeline.colours import PLAIN
+from canalyze.timeline.charts import PLAIN
 from canalyze.timeline.recording import Timeline
 from canalyze.words import Words
 
@@ -448,7 +448,7 @@ def test_what_cannot_be_written(tmp_path: Path, name: str) -> None:
 
 def test_a_summary_has_times_of_day() -> None:
     """Where stamps are dates; seconds of a clock that began at 0 stay."""
-    from canalyze.timeline.logs import _date
+    from canalyze.timeline.series import _date
 
     assert _date("1795232031.749143") == "2026-11-21 03:33:51.749143"
     assert _date("no number") == "no number"

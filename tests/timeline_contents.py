@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from canalyze.timeline.contents import Contents, Lane, Plot, Series
+from canalyze.timeline.stream import Contents, Lane, Plot, Series
 
 UNITS = ("rpm", "°C", "V")
 

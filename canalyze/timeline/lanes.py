@@ -18,10 +18,9 @@ import rerun as rr
 from msgspec import convert
 
 from canalyze.records.problems import ProblemRow
-from canalyze.timeline.colours import COLOURS, FAULTS, PLAIN
-from canalyze.timeline.contents import Contents, Lane
-from canalyze.timeline.logs import problem_list
-from canalyze.timeline.stream import LEVEL, STATE, TEXT, Places, Stream, escaped, numbers, path, places
+from canalyze.timeline.charts import COLOURS, FAULTS, PLAIN
+from canalyze.timeline.series import problem_list
+from canalyze.timeline.stream import LEVEL, STATE, TEXT, Contents, Lane, Places, Stream, escaped, numbers, path, places
 from canalyze.words import Words
 
 LANES: Final = "sdo/"

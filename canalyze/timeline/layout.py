@@ -17,10 +17,8 @@ import rerun.blueprint as rrb
 
 from canalyze.output.layout import width
 from canalyze.timeline import charts
-from canalyze.timeline.charts import Chart, Line
-from canalyze.timeline.colours import LINES, WINDOW
-from canalyze.timeline.contents import Contents, Lane
-from canalyze.timeline.stream import path
+from canalyze.timeline.charts import LINES, WINDOW, Chart, Line
+from canalyze.timeline.stream import Contents, Lane, path
 from canalyze.words import Words
 
 Place = tuple[str, int]

@@ -32,12 +32,10 @@ import rerun.blueprint as rrb
 
 from canalyze.errors import OutputError
 from canalyze.timeline import charts
-from canalyze.timeline.contents import Contents
 from canalyze.timeline.lanes import LaneWriter, ProblemWriter, TransferWriter
 from canalyze.timeline.layout import layout
-from canalyze.timeline.logs import LogWriter, facts, listed, markdown
-from canalyze.timeline.series import SeriesWriter
-from canalyze.timeline.stream import Clock, Stream, places
+from canalyze.timeline.series import LogWriter, SeriesWriter, facts, listed, markdown
+from canalyze.timeline.stream import Clock, Contents, Stream, places
 from canalyze.words import Words
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ const LANE = 17;
 const NAMES = [60, 260];
 const NAMES_SHARE = 0.38;
 const HEAD_ROW = 18;
-/** Colours of states by kind of lane and class, those of canalyze/timeline/colours.py. */
+/** Colours of states by kind of lane and class, those of canalyze/timeline/charts.py. */
 const COLOURS = /** @type {Record<string, Record<string, string>>} */ ({
   nmt: { initialising: "#3d85d6", "pre-operational": "#e0a526", operational: "#3fa34d", stopped: "#d6453d", lost: "#8e5bd0", unknown: "#8a8f98" },
   drive: {
