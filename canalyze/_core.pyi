@@ -6,7 +6,7 @@ Words in the core's output are in the session's language; nothing here raises on
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, final
 
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 __version__: str
 

@@ -19,7 +19,7 @@ import forked
 
 from canalyze import _core
 from canalyze.dictionary import load
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 from canalyze.sources import Capture, Memory
 
 TESTS = Path(__file__).resolve().parent

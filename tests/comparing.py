@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from captures import CanFrame, Row
 
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ import struct
 from collections.abc import Iterator
 
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 from canalyze.sources.live import RELEASE_ALL, dropped_block, name_block, records_block, until_block
 
 TICK_NS = 100_000_000

@@ -18,8 +18,7 @@ from canalyze import _core
 from canalyze.monitor.app import Monitor
 from canalyze.monitor.keys import VIEWS
 from canalyze.monitor.opening import Watch
-from canalyze.running.options import SessionOptions
-from canalyze.running.reading import Reading
+from canalyze.running.reading import Reading, SessionOptions
 from canalyze.sources import open_capture
 from canalyze.sources.replay import Replay
 from canalyze.words import Words

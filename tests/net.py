@@ -220,7 +220,7 @@ def network(eds: list[str]) -> Any:
 def opened(path: Path, data: bytes, **options: Any) -> Any:
     """A session that has begun with a capture."""
     from canalyze import _core
-    from canalyze.running.options import SessionOptions
+    from canalyze.running.reading import SessionOptions
 
     form = _core.sniff(data, True)
     one = _core.Session(SessionOptions(**options))

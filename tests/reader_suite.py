@@ -43,7 +43,7 @@ from captures import SAMPLES, SHARED, Row, sort_rows
 from conftest import command, environment
 
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 from canalyze.sources.bridge.reading import from_this_process
 
 START_NS = 1_700_000_000_000_000_000

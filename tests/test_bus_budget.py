@@ -15,7 +15,7 @@ from conftest import Runner
 from other_writers import pcapng_named
 
 from canalyze._core import Session
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 MOST = 64
 START_US = 1_700_000_000_000_000

@@ -21,7 +21,7 @@ from can.interfaces.virtual import VirtualBus
 import canalyze
 from canalyze._core import Session
 from canalyze.errors import SourceError
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 from canalyze.sources import live
 from canalyze.sources.bridge import bus_name, buses
 from canalyze.sources.bridge.buses import PythonCan

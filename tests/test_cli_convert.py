@@ -23,7 +23,7 @@ from test_cli_terminal import on_terminal
 
 from canalyze._core import WRITERS, Session
 from canalyze.output import Output, Progress
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 from canalyze.running.run import Run
 from canalyze.sinks import RECORDS, Target, forms, open_target, target
 from canalyze.sources.bridge import reading

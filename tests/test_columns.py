@@ -16,7 +16,7 @@ import pytest
 from captures import SAMPLES, Row, described, described_beside, session_output, sort_rows
 
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 FIXED = [table for table in _core.TABLES if table not in {"pdo", "wide"}]
 PDO = ["t_ns", "frame", "provenance", "cycle", "delay_ns", "running_cycle"]

@@ -13,7 +13,7 @@ import pytest
 from captures import SAMPLES
 
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 CAPTURES = sorted(
     path for path in SAMPLES.rglob("*") if path.suffix in {".log", ".asc", ".mcap"} and "recorded" not in path.parts

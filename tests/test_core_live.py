@@ -11,7 +11,7 @@ import struct
 import pytest
 
 from canalyze._core import Session
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 START_NS = 1_700_000_000_000_000_000
 RECORD = struct.Struct("<BBBBBBBBIIq")

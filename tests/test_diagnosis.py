@@ -22,7 +22,7 @@ from plants import EVENT, EVENT_PDO, UP, built
 import canalyze
 from canalyze import _core
 from canalyze.records.problems import KEYS
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 REPORTED = {
     "boot-and-states": ["overrun", "supply-voltage"],

@@ -12,7 +12,7 @@ import pytest
 from captures import SAMPLES
 
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 CODINGS = [
     (0x4F, 0x00, "not-ready-to-switch-on"),

@@ -35,7 +35,7 @@ from canalyze.errors import OutputError
 from canalyze.exporting import FOLDER, TABLES, Target, form_of
 from canalyze.exporting.export import ROWS, SETTINGS, About, Export
 from canalyze.exporting.shaping import Message, identifier, joined
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 NETWORK = SAMPLES / "network" / "sync-and-pdos.log"
 DRIVE = f"5={EDS / 'drive.eds'}"

@@ -19,7 +19,7 @@ from plants import IO, built
 from test_distortions import happened, key
 
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 APART_US = (
     *(1_000_000, 10_000_000, 60_000_000, 3_540_000_000, 3_660_000_000, 86_400_000_000),

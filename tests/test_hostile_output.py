@@ -11,7 +11,7 @@ from test_hostile_files import XDD
 
 from canalyze._core import Session
 from canalyze.output import commandless, jsonl, printable
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 from canalyze.sources import bridge
 
 EVIL = "\x7f\x85\x9b\u200b\u202e\u2028\u2066\ufeff"

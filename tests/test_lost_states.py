@@ -13,7 +13,7 @@ from live_blocks import blocks
 from test_core_live import block
 
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 LINES = (SAMPLES / "stories" / "t13-both-axes.log").read_bytes().splitlines(keepends=True)
 """A drive of two axes, node 5."""

@@ -22,7 +22,7 @@ from mcap.writer import CompressionType, IndexType
 from mcap_files import Message, cdr, classic, header, raw, records
 
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 PACKINGS = (CompressionType.NONE, CompressionType.ZSTD, CompressionType.LZ4)
 

@@ -20,7 +20,7 @@ from mcap.reader import SeekingReader, make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from canalyze._core import Session
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 EDS = Path(__file__).parents[1] / "eds"
 NETWORK = ["--eds", f"5={EDS / 'drive.eds'}", "--eds", f"6={EDS / 'io.eds'}", "--eds", f"7={EDS / 'encoder.eds'}"]

@@ -18,7 +18,7 @@ from test_monitor_grid import Still
 
 from canalyze import _core
 from canalyze.monitor.app import Monitor
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 PROBLEMS = SAMPLES / "problems.log"
 CAPTURES = [PROBLEMS, SAMPLES / "sdo-abort.log", *sorted((SHARED / "stories").glob("*.log"))]

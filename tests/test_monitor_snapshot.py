@@ -12,7 +12,7 @@ import pytest
 from captures import DATA, SAMPLES, Row, described_beside, session_output
 
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 SOURCE = Path(__file__).parent.parent / "canalyze/core/src/views/monitor"
 KEYS = {

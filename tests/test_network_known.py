@@ -12,8 +12,8 @@ from captures import DATA
 from canalyze import _core
 from canalyze.configuration import network
 from canalyze.configuration.config import Config, read
-from canalyze.configuration.descriptions import network as told
 from canalyze.configuration.network import Known
+from canalyze.configuration.network import network as told
 from canalyze.dictionary import Dictionary, load, rows, table
 from canalyze.dictionary import read as read_description
 from canalyze.errors import ConfigError, SourceError

@@ -20,7 +20,7 @@ from captures import SAMPLES, CanFrame, Row, log_text, read_log
 from conftest import Runner
 
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 from canalyze.sources import open_capture
 
 SESSIONS = [

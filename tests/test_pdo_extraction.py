@@ -17,7 +17,7 @@ import pytest
 from captures import CanFrame, Row, analyze, log_text, spaced
 
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 NODE = 5
 TYPES = {

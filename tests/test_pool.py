@@ -16,8 +16,8 @@ import fleet_works
 import pytest
 
 from canalyze._core import Session
-from canalyze.running.options import SessionOptions
 from canalyze.running.pool import Ended, Pool
+from canalyze.running.reading import SessionOptions
 from canalyze.running.run import Run
 from canalyze.words import Words
 

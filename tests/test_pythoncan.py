@@ -25,7 +25,7 @@ from conftest import Runner, command
 
 from canalyze._core import FORMATS, Session
 from canalyze.errors import OutputError, SourceError
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 from canalyze.sinks import LOSSES, open_sink
 from canalyze.sources import Capture, Source, bridge, open_capture
 from canalyze.sources.bridge import Packer, reading

@@ -15,7 +15,7 @@ import pytest
 from canalyze._core import Session
 from canalyze.errors import OutputError
 from canalyze.running import recording
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 from canalyze.running.recording import Limit, Recording, Recordings, limit, open_recordings
 from canalyze.sources import live
 from canalyze.sources.bridge import Packer

@@ -14,7 +14,7 @@ from msgspec import inspect
 from canalyze import _core, records
 from canalyze.expectations import draft
 from canalyze.records import frames, live, objects, problems, summary
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 KINDS: list[tuple[str, type[msgspec.Struct]]] = [
     (str(kind.__struct_config__.tag), kind)

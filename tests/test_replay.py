@@ -11,8 +11,7 @@ from captures import SAMPLES, CanFrame, log_text, run_canalyze, spaced
 
 from canalyze import _core
 from canalyze.errors import SourceError
-from canalyze.running.options import SessionOptions
-from canalyze.running.reading import Reading
+from canalyze.running.reading import Reading, SessionOptions
 from canalyze.sources import open_capture
 from canalyze.sources.live import RECORDS, RELEASE_ALL, UNTIL, heads
 from canalyze.sources.replay import FASTEST, RATE, SLOWEST, Replay

@@ -15,7 +15,7 @@ from canalyze import _core
 from canalyze.check.policy import Policy, judge
 from canalyze.check.verdict import Examined, Verdict
 from canalyze.output import Output
-from canalyze.reports import check, hosts, junit, sarif
+from canalyze.reports import check, hosts, sarif
 from canalyze.words import Words
 
 EN = Words("en")
@@ -74,7 +74,7 @@ def test_github_has_them_in_the_annotation_of_their_cause() -> None:
 
 
 def test_junit_has_them_in_the_text_of_their_cause() -> None:
-    root = ET.fromstring(junit.document([judged()], EN))
+    root = ET.fromstring(hosts.junit([judged()], EN))
     assert (root.get("tests"), root.get("failures")) == ("1", "1")
     assert (root.findtext(".//failure") or "").strip().splitlines()[-1] == SAID
     assert (root.findtext(".//system-out") or "").strip() == "frame 2: 1 consequence: PDO004"

@@ -14,7 +14,7 @@ from report_schemas import junit_faults
 from report_verdicts import BLOCKS, FINDING, hostile, many, one
 
 from canalyze.check.verdict import Verdict
-from canalyze.reports import junit
+from canalyze.reports import hosts
 from canalyze.words import LANGUAGES, Words
 
 EN = Words("en")
@@ -38,7 +38,7 @@ def test_any_document_is_valid(seeds: range, lang: str) -> None:
 
 
 def valid(verdicts: list[Verdict], lang: str) -> None:
-    document = junit.document(verdicts, Words(lang))
+    document = hosts.junit(verdicts, Words(lang))
     assert junit_faults(document) == []
     assert document.endswith(b"</testsuites>\n") or not verdicts
     suites = read(document)
@@ -63,36 +63,36 @@ def test_the_schema_would_notice() -> None:
 
 def test_a_capture_of_which_nothing_was_judged_is_skipped() -> None:
     alien = Verdict("a.log", frames=9, nature="foreign")
-    (suite,) = read(junit.document([alien], EN))
+    (suite,) = read(hosts.junit([alien], EN))
     (case,) = suite
     assert case.is_skipped and (suite.tests, suite.skipped, suite.failures) == (1, 1, 0)
     assert (case.name, case.result[0].message) == ("no failing findings", "not CANopen, not judged")
-    (held,) = cases(junit.document([replace(alien, expectations="a.expect.toml")], EN))
-    (failed,) = cases(junit.document([replace(alien, failures=(one(),))], EN))
+    (held,) = cases(hosts.junit([replace(alien, expectations="a.expect.toml")], EN))
+    (failed,) = cases(hosts.junit([replace(alien, failures=(one(),))], EN))
     assert held.is_passed and not failed.is_skipped and not failed.is_passed
 
 
 def test_captures_of_like_names_stay_apart() -> None:
     verdicts = [Verdict(name) for name in ("a.b", "a_b", "a/b.log", "a.b", "../a.b", "/a.b", "-", "")]
-    names = [case.classname for case in cases(junit.document(verdicts, EN))]
+    names = [case.classname for case in cases(hosts.junit(verdicts, EN))]
     assert len(set(names)) == len(verdicts)
     assert names[:4] == ["a_b", "a_b (2)", "a.b_log", "a_b (3)"]
     assert names[-2:] == ["stdin", "_"]
 
 
 def test_an_empty_set_is_a_document() -> None:
-    document = junit.document([], EN)
+    document = hosts.junit([], EN)
     assert junit_faults(document) == [] and read(document) == []
 
 
 def test_characters_that_xml_cannot_hold_are_escaped() -> None:
     bad = replace(FINDING, message="\x00\x1b \ufffe \ud800 ]]>")
-    (case,) = cases(junit.document([Verdict("a\x07.log", (one(bad),))], EN))
+    (case,) = cases(hosts.junit([Verdict("a\x07.log", (one(bad),))], EN))
     assert case.result[0].message.startswith("\\x00\\x1b \\ufffe \\ud800 ]]> (")
     assert case.classname == "a\\x07_log".replace("\\", ".")
 
 
 def test_the_same_verdicts_give_the_same_bytes() -> None:
     verdicts = [many(30), *hostile(3)]
-    assert junit.document(verdicts, EN) == junit.document(verdicts, EN)
-    assert b"timestamp" not in junit.document([many(2)], EN)
+    assert hosts.junit(verdicts, EN) == hosts.junit(verdicts, EN)
+    assert b"timestamp" not in hosts.junit([many(2)], EN)

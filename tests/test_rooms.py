@@ -36,7 +36,7 @@ def test_each_part_of_the_source_has_a_row(house: str) -> None:
 @pytest.mark.parametrize(
     ("path", "tests"),
     [
-        ("canalyze/reports/junit.py", ["tests/test_report_junit.py"]),
+        ("canalyze/reports/sarif.py", ["tests/test_report_sarif.py"]),
         (
             "canalyze/core/src/views/diff",
             ["tests/console/diff.txt", "tests/test_diff.py", "tests/test_diff_incidents.py"],

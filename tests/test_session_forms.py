@@ -8,7 +8,7 @@ import pytest
 from captures import SAMPLES, Row
 
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 CAPTURES = ("network/sync-and-pdos.log", "rules/SDO001.log")
 FILTERS = ("", "node=5", "service=sdo", "service=pdo", "frame=1-60", "id=585", "id=605", "t=0..1")

@@ -15,7 +15,7 @@ from conftest import Runner
 from mcap.reader import make_reader
 
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 BOOTED = b"(1700000000.000000) can0 705#00\n"
 

@@ -14,7 +14,7 @@ import pytest
 from conftest import Runner
 
 from canalyze._core import Session, sniff
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 PIECE = 40 << 10

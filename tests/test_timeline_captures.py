@@ -22,7 +22,7 @@ from captures import SAMPLES, Analysis, Row, console_text, described_beside, log
 from recordings import Recording, recording, verified
 
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 from canalyze.timeline import TABLES
 from canalyze.timeline.charts import COLOURS
 from canalyze.timeline.recording import Timeline

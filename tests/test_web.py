@@ -25,11 +25,20 @@ import pytest
 from captures import EDS, SAMPLES, TESTS
 
 from canalyze import _core
-from canalyze.configuration.descriptions import network, network_rows
-from canalyze.configuration.network import CanId, Cob, Description, Known, NodeProfile, PdoMapping, SdoChannel
+from canalyze.configuration.network import (
+    CanId,
+    Cob,
+    Description,
+    Known,
+    NodeProfile,
+    PdoMapping,
+    SdoChannel,
+    network,
+    network_rows,
+)
 from canalyze.dictionary import load
 from canalyze.errors import SourceError
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 FOLDER = TESTS.parent / "canalyze" / "html"
 WASM = FOLDER / "core.wasm.lzma"

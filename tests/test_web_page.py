@@ -33,9 +33,8 @@ from test_web import WASM, WEB, described
 from web_browsers import CHROMEDRIVER, CHROMIUM, FIREFOX, Browser, Chromium, chromium, firefox
 
 from canalyze import _core, html
-from canalyze.configuration.descriptions import network, network_rows
-from canalyze.configuration.network import Description, Known
-from canalyze.running.options import SessionOptions
+from canalyze.configuration.network import Description, Known, network, network_rows
+from canalyze.running.reading import SessionOptions
 
 PROBLEMS = SAMPLES / "problems.log"
 TSC = shutil.which("tsc")

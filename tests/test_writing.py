@@ -287,7 +287,7 @@ ELSEWHERE = {
     "canalyze/output/writing.py",
     "canalyze/sources/bridge/reading.py",
     "canalyze/fleet/stores.py",
-    "canalyze/running/beforehand.py",
+    "canalyze/running/diagnosing.py",
 }
 """The one way, and copies of inputs in folders that nobody else has."""
 

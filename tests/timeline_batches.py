@@ -12,7 +12,7 @@ from typing import Any
 import pyarrow as pa
 
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 
 WORDS = pa.dictionary(pa.int32(), pa.string())
 

@@ -76,7 +76,7 @@ class Job(Struct):
 
     def know(self, words: Words | None) -> None:
         """Reads the descriptions of the network, and reports their defects."""
-        from canalyze.configuration.descriptions import network as known
+        from canalyze.configuration.network import network as known
 
         self._network = [known(self.filed, known_of(self.given), words)]
 

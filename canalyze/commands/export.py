@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from canalyze.configuration.descriptions import carriers
+from canalyze.configuration.network import carriers
 from canalyze.configuration.options import OUTPUT, PROBLEM, SELECT, configured, known_of, option, usage
 from canalyze.exporting import FIRST, FOLDER, FORMS, TABLES, Target, form_of, require
 from canalyze.output import Output, Progress

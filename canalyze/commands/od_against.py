@@ -1,7 +1,7 @@
 """`canalyze od against`: what a device and its description differ in."""
 
 from canalyze.configuration import network
-from canalyze.configuration.descriptions import described
+from canalyze.configuration.network import described
 from canalyze.configuration.options import ANY_PATH, COLOR, SHORT, argument, form, inputs, option
 from canalyze.running.passes import AT, FORMS, Pass, capture_command, read_objects
 

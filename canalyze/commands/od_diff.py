@@ -4,7 +4,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from canalyze.configuration import network
-from canalyze.configuration.descriptions import described
+from canalyze.configuration.network import described
 from canalyze.configuration.options import ANY_PATH, COLOR, FILES, SHORT, argument, form, inputs, option
 from canalyze.errors import ReaderGone
 from canalyze.output import Progress

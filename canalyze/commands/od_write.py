@@ -4,7 +4,7 @@ from contextlib import ExitStack
 from typing import Any, Final
 
 from canalyze.configuration import network
-from canalyze.configuration.descriptions import carried
+from canalyze.configuration.network import carried
 from canalyze.configuration.options import ANY_PATH, OUTPUT, SHORT, configured, known_of, option
 from canalyze.errors import OutputError
 from canalyze.output import Progress, open_output, told

@@ -72,7 +72,7 @@ def pieces(
     problem: the number of the one that the page opens on.
     """
     from canalyze import html
-    from canalyze.configuration.descriptions import network_rows
+    from canalyze.configuration.network import network_rows
 
     filed = configured().known
     options: dict[str, Any] = {

@@ -249,7 +249,7 @@ SHORT: Final = (
 )
 """Options that are short for a condition of --filter; a command may have one of the name with a meaning of its own."""
 PROBLEM: Final = option("--problem filter_problem", "N", positive, "positive", key="opt.problem", topic="chosen")
-"""The number of a problem, from which `running.beforehand` makes a condition; for a command that reads one capture."""
+"""The number of a problem, from which `running.diagnosing` makes a condition; for a command that reads one capture."""
 SELECT: Final = option("--select", "GLOBS", key="signals.select", topic="chosen", usual=3)
 STAMPS: Final = option(
     "--stamps", choices=("auto", "absolute", "zero", "delta"), default="auto", key="opt.stamps", topic="time"
@@ -354,7 +354,7 @@ def open_session(
 
     What the core cannot accept (a filter, a map) is a usage error. read: gets the descriptions, by their files.
     """
-    from canalyze.configuration.descriptions import network as known
+    from canalyze.configuration.network import network as known
 
     try:
         told = known(configured().known, known_of(given), words, read=read)
@@ -369,7 +369,7 @@ def start_session(words: Words, given: CaptureOptions, **settings: Any) -> "Sess
     A setting that is None is as it is without it.
     """
     from canalyze._core import Session
-    from canalyze.running.options import SessionOptions
+    from canalyze.running.reading import SessionOptions
 
     settings |= {
         "topics": given.get("topic"),

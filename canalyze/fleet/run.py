@@ -23,7 +23,7 @@ from canalyze.output import jsonl as json_lines
 from canalyze.records import of_rows
 from canalyze.records.problems import KEYS
 from canalyze.records.summary import KINDS
-from canalyze.reports import check, diagnosis, fleet, junit
+from canalyze.reports import check, diagnosis, fleet, hosts
 from canalyze.running.pool import Executor, Failure, Pool, processors
 from canalyze.running.run import Interrupt
 from canalyze.words import Words
@@ -57,7 +57,7 @@ def write(action: Action, done: Sequence[Manifest], place: Place, name: str, wor
     reports = {
         "txt": bytes(text.data),
         "jsonl": "".join(f"{line}\n" for line in lines).encode("utf-8", "backslashreplace"),
-        "xml": junit.document(verdicts, words),
+        "xml": hosts.junit(verdicts, words),
     }
     if html:
         reports["html"] = fleet.page([(verdict_of(action, one), one.findings) for one in done], words)

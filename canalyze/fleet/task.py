@@ -26,7 +26,7 @@ from canalyze.check.baseline import Baseline
 from canalyze.check.examination import Far, Job, Read, examine, read
 from canalyze.check.policy import Policy
 from canalyze.check.verdict import Counted, Verdict
-from canalyze.configuration.descriptions import carriers
+from canalyze.configuration.network import carriers
 from canalyze.configuration.options import known_of
 from canalyze.errors import SourceError, as_error
 from canalyze.fleet.stores import Capture, Place, content, fetched, place, stamp

@@ -19,7 +19,7 @@ from canalyze.configuration import network
 from canalyze.errors import SourceError
 from canalyze.library import Described, Descriptions, Known, Options
 from canalyze.library.rows import one_of
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 from canalyze.sources import Capture, Memory, Source, identified, input_formats
 from canalyze.sources.bridge import is_message, of_messages
 from canalyze.words import Words
@@ -95,8 +95,8 @@ class Plan:
 def plan(who: str, options: Known | Options) -> Plan:
     """Checks options and reads descriptions. who: the function with these options."""
     from canalyze.configuration import config as configuration
-    from canalyze.configuration.descriptions import carriers, network_rows
-    from canalyze.configuration.descriptions import network as known
+    from canalyze.configuration.network import carriers, network_rows
+    from canalyze.configuration.network import network as known
 
     asked: dict[str, Any] = dict(options)
     for name, value in asked.items():

@@ -57,13 +57,13 @@ class Command(Located):
         """Runs it."""
         short = [one.name for one in (PROBLEM, *SHORT)]
         if any(ctx.params.get(name) is not None for name in short):
-            from canalyze.running.beforehand import choose
+            from canalyze.running.diagnosing import choose
 
             choose(ctx, self._words)
         for name in short:
             ctx.params.pop(name, None)
         if ctx.params.pop("eds_from_traffic", False):
-            from canalyze.running.beforehand import describe
+            from canalyze.running.diagnosing import describe
 
             describe(ctx, self._words)
         return super().invoke(ctx)

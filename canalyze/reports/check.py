@@ -314,9 +314,9 @@ FORMS: Final = ("text", "jsonl", "github", "markdown")
 def document(name: str, verdicts: Sequence[Verdict], words: Words) -> bytes:
     """Returns one of DOCUMENTS."""
     if name == "junit":
-        from canalyze.reports import junit
+        from canalyze.reports import hosts
 
-        return junit.document(verdicts, words)
+        return hosts.junit(verdicts, words)
     if name == "sarif":
         from canalyze._core import rules
         from canalyze.reports import sarif

@@ -16,6 +16,7 @@ of formats without lines.
 import hashlib
 import json
 import os
+import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -63,7 +64,7 @@ def _annotations(verdicts: Sequence[Verdict], words: Words) -> Iterator[tuple[Se
             yield "error", _command("error", _file(verdict.file), error), f"{words.of('severity', 'error')} {error}"
     for verdict in verdicts:
         for problem in (one for one in verdict.stories if one.id not in verdict.excused):
-            yield _problem(verdict, problem, words)
+            yield _stated(verdict, problem, words)
     for failing in (True, False):
         for verdict in verdicts:
             for one in verdict.failures if failing else verdict.others:
@@ -88,7 +89,7 @@ def _finding(file: str, one: Counted, words: Words) -> tuple[Severity, str, str]
     return finding.severity, command, f"{words.of('severity', finding.severity)} {title} {place}: {said}"
 
 
-def _problem(verdict: Verdict, one: Problem, words: Words) -> tuple[Severity, str, str]:
+def _stated(verdict: Verdict, one: Problem, words: Words) -> tuple[Severity, str, str]:
     """Returns a root at its begin; captures of text have a line a frame only where they say so, so none is named."""
     severity: Severity = "error" if one.id in verdict.problems else "info"
     title = f"{words('check.problem')} {one.kind}, {words('check.frame', frame=one.begin.frame)}"
@@ -182,3 +183,131 @@ def _path(file: str, root: str | None) -> str:
         if Path(shown).parts[:1] == (os.pardir,):
             shown = file
     return wording.capture_name(shown.replace(os.sep, "/")) or "-"
+
+
+_PACKAGED: Final = str.maketrans({"/": ".", "\\": ".", ".": "_"})
+"""Readers split the name of a class at its dots: folders become packages, and a suffix stays with its name."""
+
+
+def junit(verdicts: Sequence[Verdict], words: Words) -> bytes:
+    """Returns the whole file."""
+    root = ET.Element("testsuites", name="canalyze")
+    classes = _classes(verdicts)
+    for verdict, name in zip(verdicts, classes, strict=True):
+        root.append(_suite(verdict, name, words))
+    for total in ("tests", "failures", "errors"):
+        root.set(total, str(sum(int(suite.get(total, "0")) for suite in root)))
+    root.set("time", _seconds(sum(verdict.seconds for verdict in verdicts)))
+    ET.indent(root)
+    text: str = ET.tostring(root, encoding="unicode")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'.encode()
+
+
+def _classes(verdicts: Sequence[Verdict]) -> Iterator[str]:
+    """Returns a name for each capture, no two alike: test cases of one name would hide each other."""
+    used: set[str] = set()
+    for verdict in verdicts:
+        name = base = wording.capture_name(verdict.file).translate(_PACKAGED).strip(".") or "_"
+        number = 2
+        while name in used:
+            name = f"{base} ({number})"
+            number += 1
+        used.add(name)
+        yield name
+
+
+def _suite(verdict: Verdict, classname: str, words: Words) -> ET.Element:
+    suite = ET.Element("testsuite", name=wording.capture_name(verdict.file))
+    known = [one for one in verdict.others if one.known]
+    below = [one for one in verdict.others if not one.known]
+    cases = [
+        *([_unreadable(verdict.error, words)] if verdict.error is not None else []),
+        *(_failing(one, verdict, words) for one in verdict.failures),
+        *(_problem(one, verdict, words) for one in verdict.stories),
+        *(_skipped(one, words) for one in known),
+    ]
+    if verdict.error is None and not verdict.failed:
+        case = ET.Element("testcase", name=words("reports.clean"))
+        if not verdict.judged:
+            ET.SubElement(case, "skipped", type=verdict.nature, message=wording.unjudged(verdict, words))
+        cases.insert(0, case)
+    for number, case in enumerate(cases):
+        case.set("classname", classname)
+        case.set("time", _seconds(verdict.seconds if number == 0 else 0))
+    suite.set("tests", str(len(cases)))
+    suite.set("failures", str(len(verdict.failures) + len(verdict.problems)))
+    suite.set("errors", str(int(verdict.error is not None)))
+    suite.set("skipped", str(sum(case.find("skipped") is not None for case in cases)))
+    suite.set("time", _seconds(verdict.seconds))
+    properties = ET.SubElement(suite, "properties")
+    facts: list[tuple[str, object]] = [("frames", verdict.frames), ("overruled", verdict.overruled)]
+    if verdict.expectations is not None:
+        facts.append(("expectations", printable(verdict.expectations)))
+    for name, value in facts:
+        ET.SubElement(properties, "property", name=name, value=str(value))
+    suite.extend(cases)
+    lines = [words("reports.below") + ":", *(_line(one, words) for one in below)] if below else []
+    if lines := [*lines, *wording.of_events(verdict, words)]:
+        ET.SubElement(suite, "system-out").text = _block(lines)
+    if verdict.complaints:
+        ET.SubElement(suite, "system-err").text = _block(map(printable, verdict.complaints))
+    return suite
+
+
+def _unreadable(error: str, words: Words) -> ET.Element:
+    case = ET.Element("testcase", name=words("reports.readable"))
+    said = ET.SubElement(case, "error", type="unreadable", message=printable(error))
+    said.text = printable(error)
+    return case
+
+
+def _failing(one: Counted, verdict: Verdict, words: Words) -> ET.Element:
+    finding = one.finding
+    case = ET.Element("testcase", name=wording.kind(finding, words))
+    said = ET.SubElement(case, "failure", type=finding.severity, message=wording.sentence(one, words))
+    severity = words.of("severity", finding.severity)
+    lines = [
+        f"{wording.place(verdict.file, finding.about_line)}: {severity} {wording.title(finding)}",
+        wording.sentence(one, words),
+        *wording.annotated(finding),
+    ]
+    if also := wording.further(one, words):
+        lines.append(also)
+    if one.consequences:
+        lines.append(wording.consequences(one.consequences, words))
+    said.text = _block(lines)
+    return case
+
+
+def _problem(one: Problem, verdict: Verdict, words: Words) -> ET.Element:
+    """Returns a story: it fails where problems of its status do."""
+    where = " ".join(str(part) for part in (one.bus, *one.nodes) if part is not None)
+    case = ET.Element("testcase", name=printable(f"{words('check.problem')} {one.kind} {where}".rstrip()))
+    if one.id in verdict.problems:
+        said = ET.SubElement(case, "failure", type=one.status, message=printable(one.message))
+        steps = (f"{words('check.frame', frame=step.frame)}: {printable(step.text)}" for step in one.steps)
+        said.text = _block([printable(one.message), *steps, *(printable(check) for check in one.checks)])
+    elif one.id in verdict.excused:
+        known = words("reports.known", known=verdict.known_problems[one.id])
+        ET.SubElement(case, "skipped", type="baseline", message=printable(f"{one.message} ({known})"))
+    return case
+
+
+def _skipped(one: Counted, words: Words) -> ET.Element:
+    case = ET.Element("testcase", name=wording.kind(one.finding, words))
+    ET.SubElement(case, "skipped", type="baseline", message=wording.sentence(one, words))
+    return case
+
+
+def _line(one: Counted, words: Words) -> str:
+    severity = words.of("severity", one.finding.severity)
+    said = f"{severity} {wording.kind(one.finding, words)}: {wording.sentence(one, words)}"
+    return "; ".join([said, wording.consequences(one.consequences, words)]) if one.consequences else said
+
+
+def _block(lines: "Iterator[str] | Sequence[str]") -> str:
+    return "\n" + "".join(f"{line}\n" for line in lines)
+
+
+def _seconds(seconds: float) -> str:
+    return f"{max(seconds, 0.0):.3f}"

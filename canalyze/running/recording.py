@@ -170,7 +170,7 @@ class Recording:
 
     def _open(self, name: str) -> None:
         from canalyze._core import Session
-        from canalyze.running.options import SessionOptions
+        from canalyze.running.reading import SessionOptions
 
         self._replaces = os.path.lexists(name)
         with suppress(OSError, ValueError):  # opening it says what is wrong

@@ -113,7 +113,7 @@ FORMATS = [
 ]
 _COLUMNS = """
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 session = _core.Session(SessionOptions(format="columns", tables=_core.TABLES))
 session.begin("capture", True)
 with open(sys.argv[1], "rb") as source:
@@ -146,7 +146,7 @@ JUDGED = [
 _LIVE = """
 import os, sys
 from canalyze import _core
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 session = _core.Session(SessionOptions({settings}))
 session.begin("live", False, "live")
 with open(sys.argv[1], "rb") as source, open(os.devnull, "wb") as out:

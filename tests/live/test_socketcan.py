@@ -21,7 +21,7 @@ import pytest
 
 from canalyze._core import Session
 from canalyze.errors import SourceError
-from canalyze.running.options import SessionOptions
+from canalyze.running.reading import SessionOptions
 from canalyze.sources import live, netdevices, socketcan
 from canalyze.sources.live import LinkLost, Live
 from canalyze.sources.socketcan import SocketCan

@@ -1,4 +1,4 @@
-// Device descriptions that were dropped, and the nodes that have them, by the rules of canalyze/configuration/descriptions.py.
+// Device descriptions that were dropped, and the nodes that have them, by the rules of canalyze/configuration/network.py.
 
 /** Most bytes of a description. */
 const LARGEST = 8 << 20;

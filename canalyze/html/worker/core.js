@@ -110,7 +110,7 @@ class Core {
     return JSON.parse(this.text(this.exports.spelled_nodes()));
   }
 
-  /** Begins a session. @param {object} options By the names of canalyze/running/options.py. */
+  /** Begins a session. @param {object} options By the names of canalyze/running/reading.py. */
   open(options) {
     this.putJson(options);
     this.accept(this.exports.open());

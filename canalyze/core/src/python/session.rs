@@ -34,7 +34,7 @@ pub(super) struct Session {
     lang: Lang,
 }
 
-/// The options of `canalyze/running/options.py`, read by their names.
+/// The options of `canalyze/running/reading.py`, read by their names.
 struct GivenOptions<'a, 'py> {
     options: Borrowed<'a, 'py, PyAny>,
     lang: Lang,

@@ -1,6 +1,6 @@
 //! The options of a session, in groups, and the formats by their names.
 //!
-//! Each field has the name and the meaning of an option in `canalyze/running/options.py`, whose words are read by the
+//! Each field has the name and the meaning of an option in `canalyze/running/reading.py`, whose words are read by the
 //! binding.
 
 use std::sync::Arc;

@@ -1,6 +1,6 @@
 //! The options of a session and the description of a file, read from JSON.
 //!
-//! Names and meanings are those of `canalyze/running/options.py`, whose words the binding for Python reads by the same
+//! Names and meanings are those of `canalyze/running/reading.py`, whose words the binding for Python reads by the same
 //! tables; `network` has the arguments of `_core.Network`, with those of `_core.Dictionary` for each description.
 
 use std::sync::Arc;

@@ -2,7 +2,7 @@
 //!
 //! A page writes bytes into the buffer that [`input`] returns, calls a function, and reads as many bytes as it returned
 //! from [`output`]. No pointer of JavaScript is read here: the only `unsafe` are the names of exported functions. There
-//! is one session and one thread. Options are JSON with the names of `canalyze/running/options.py` (see [`given`]),
+//! is one session and one thread. Options are JSON with the names of `canalyze/running/reading.py` (see [`given`]),
 //! columns are described by [`layout`], device descriptions are kept by [`descriptions`].
 
 pub mod descriptions;
