@@ -16,7 +16,7 @@ from captures import SAMPLES, described_beside
 
 from canalyze import _core
 from canalyze.monitor.app import Monitor
-from canalyze.monitor.keys import VIEWS
+from canalyze.monitor.around import VIEWS
 from canalyze.monitor.opening import Watch
 from canalyze.running.reading import Reading, SessionOptions
 from canalyze.sources import open_capture

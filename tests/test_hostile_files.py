@@ -16,8 +16,8 @@ import pytest
 from conftest import NOTES, command, environment
 
 from canalyze import _core
-from canalyze.configuration.bounded import MOST
 from canalyze.dictionary import read
+from canalyze.output.files import MOST
 from canalyze.sources.names import matching
 
 MEMORY = 1 << 30

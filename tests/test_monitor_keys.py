@@ -10,7 +10,7 @@ from monitor_screens import on_screen, replayed, settle, text
 from msgspec.structs import replace
 
 from canalyze.monitor.app import Monitor
-from canalyze.monitor.keys import KEYS, VIEWS
+from canalyze.monitor.around import KEYS, VIEWS
 from canalyze.words import Words
 
 DRIVE = SAMPLES / "network" / "sync-and-pdos.log"

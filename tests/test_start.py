@@ -100,4 +100,4 @@ def test_what_a_run_asks_for_is_loaded_then(tmp_path: Path) -> None:
     """The lists above would be empty of meaning if nothing were ever loaded."""
     (tmp_path / "canalyze.toml").write_text('lang = "en"\n')
     modules = loaded(tmp_path, "decode", str(SAMPLE), "-o", "out.txt", "--eds", f"5={TESTS.parent / 'eds/drive.eds'}")
-    assert {"pathlib", "canalyze.configuration.bounded", "canalyze.dictionary"} <= modules
+    assert {"pathlib", "canalyze.dictionary"} <= modules

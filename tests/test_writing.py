@@ -18,7 +18,7 @@ from conftest import NOTES, Runner, command, environment
 from processes import wait_until_idle
 
 from canalyze.output import FileOutput
-from canalyze.output.writing import Part
+from canalyze.output.files import Part
 from canalyze.reports.extract import Directory
 from canalyze.words import Words
 
@@ -284,7 +284,7 @@ OPENS: tuple[Callable[[str], bool], ...] = (
     lambda line: 'open("w' in line or 'open("a' in line or 'open("x' in line,
 )
 ELSEWHERE = {
-    "canalyze/output/writing.py",
+    "canalyze/output/files.py",
     "canalyze/sources/bridge/reading.py",
     "canalyze/fleet/stores.py",
     "canalyze/running/diagnosing.py",

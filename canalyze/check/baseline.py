@@ -12,9 +12,9 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from canalyze.configuration import bounded
-from canalyze.configuration.bounded import short
 from canalyze.errors import ConfigError
+from canalyze.output import files
+from canalyze.output.files import short
 from canalyze.records.problems import Finding, Problem
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def read(name: str) -> dict[Kind | ProblemKind, int]:
     from json import JSONDecodeError
 
     try:
-        content = bounded.content(Path(name)).decode("utf-8-sig")
+        content = files.content(Path(name)).decode("utf-8-sig")
         values = _decoder().decode(content)
     except OSError as error:
         missing = isinstance(error, FileNotFoundError)
@@ -203,7 +203,7 @@ def _at(name: str, content: str, section: str, place: int) -> str:
 def replaceable(name: str) -> bool:
     """Returns true if a new baseline may replace a file: a baseline, complete or not, an empty file, or none."""
     try:
-        content = bounded.content(Path(name)).decode("utf-8-sig", "replace").strip()
+        content = files.content(Path(name)).decode("utf-8-sig", "replace").strip()
     except FileNotFoundError:
         return True
     except OSError as error:

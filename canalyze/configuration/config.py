@@ -95,9 +95,9 @@ def read(file: str | None) -> Config:
 def _filed(path: "Path") -> Config:
     """Reads a canalyze.toml and checks every key."""
     from canalyze import _core
-    from canalyze.configuration import bounded
+    from canalyze.output import files
 
-    said = bounded.checked(path, _core.settings, "config.unreadable")
+    said = files.checked(path, _core.settings, "config.unreadable")
     known = network.Known(
         tuple(
             network.Description(bus, tuple(nodes), str(path.parent / file)) for bus, nodes, file in said.descriptions

@@ -7,7 +7,7 @@ in the file; that is the core's (`settings/`, `expectation/`).
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from canalyze.configuration import bounded
+from canalyze.output import files
 from canalyze.sources.names import CAPTURES, unpacked
 
 if TYPE_CHECKING:
@@ -31,4 +31,4 @@ def read(path: Path) -> "Expectations":
     """Reads a file for the core; ConfigError for content that is not valid."""
     from canalyze._core import Expectations
 
-    return bounded.checked(path, Expectations, "expect.unreadable")
+    return files.checked(path, Expectations, "expect.unreadable")

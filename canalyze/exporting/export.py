@@ -34,7 +34,7 @@ from canalyze.errors import OutputError
 from canalyze.exporting import FOLDER, TABLES, Target
 from canalyze.exporting.shaping import RAW, Message, Of, fixed, identifier, joined, kind_of, plain, said_of, texts, wide
 from canalyze.library.columns import columns
-from canalyze.output.writing import Part
+from canalyze.output.files import Part
 from canalyze.records import records
 from canalyze.records.summary import Bus, Capture, Node
 from canalyze.values import DATES_NS

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from canalyze import expectations
 from canalyze.errors import CanalyzeError, ConfigError, OutputError, SourceError, as_error
-from canalyze.output.writing import Part, write_all
+from canalyze.output.files import Part, write_all
 from canalyze.sources.names import below, expanded, matching, named_as_capture
 
 if TYPE_CHECKING:

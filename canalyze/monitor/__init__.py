@@ -5,8 +5,7 @@ app.py        the application: the layout of the views, actions of keys, the ref
 grid.py       a table whose cells are updated in place; the base of all views; numbers and bars in few columns
 views.py      from a snapshot of the core to rows: nodes, objects, transfers, findings, problems
 trace.py      the view of annotated frames: following, scrolled back, filtered, searched
-status.py     the lines above and below the views
-keys.py       all keys: their actions, the foot line; pages over the screen; the input line for a filter or a search
+around.py     lines above and below the views; all keys and their actions; pages over the screen; the prompt
 
 Nothing here decodes or judges: the meaning of frames, and every figure, comes from `Session.snapshot` and `.trace`.
 Names from devices and files are drawn as text, never as markup, and escaped where they could control a terminal.

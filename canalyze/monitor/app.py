@@ -21,9 +21,20 @@ from textual.driver import Driver
 from textual.widget import Widget
 
 from canalyze.monitor import views
+from canalyze.monitor.around import (
+    VIEWS,
+    Below,
+    Foot,
+    Page,
+    Prompt,
+    Status,
+    bindings,
+    help_page,
+    of_finding,
+    of_frame,
+    of_node,
+)
 from canalyze.monitor.grid import Grid, Row, rate
-from canalyze.monitor.keys import VIEWS, Foot, Page, Prompt, bindings, help_page, of_finding, of_frame, of_node
-from canalyze.monitor.status import Below, Status
 from canalyze.monitor.trace import Trace
 from canalyze.records import SEVERITIES
 from canalyze.records.live import Snapshot, Tally, Transfers

@@ -1,7 +1,7 @@
 """Outputs of results and messages: standard output, a file, standard error; and the pager, as git has one.
 
 Results are bytes in UTF-8 and are written before `write` returns; only a terminal of another encoding gets them
-transcoded. A file is a part with a temporary name until it is complete (`writing`). The pager is between standard
+transcoded. A file is a part with a temporary name until it is complete (`files`). The pager is between standard
 output and the terminal: it is started by the first output, so that a command without output has none, and until its
 end it also gets standard error if that is the terminal. Nothing here knows the content.
 """
@@ -17,7 +17,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, ClassVar, Final, Self
 
 from canalyze.errors import BrokenOff, OutputError, ReaderGone
-from canalyze.output.writing import AS_IT_IS, Part, write_all
+from canalyze.output.files import AS_IT_IS, Part, write_all
 from canalyze.words import Words
 
 if TYPE_CHECKING:

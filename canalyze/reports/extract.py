@@ -1,6 +1,6 @@
 """The data of transfers as files in a directory, named by the kind of data that they hold.
 
-Bytes go to disk as they come, into a part (`writing`), and get their name when the transfer has ended: that of the
+Bytes go to disk as they come, into a part (`files`), and get their name when the transfer has ended: that of the
 core, which is safe, with the name of the object and a suffix by what it holds; NAME.aborted and the like where the
 transfer has not succeeded. Files that exist are kept.
 
@@ -35,7 +35,7 @@ from canalyze.dictionary import read
 from canalyze.dictionary.files import identifier
 from canalyze.errors import OutputError, SourceError, as_error
 from canalyze.output import jsonl
-from canalyze.output.writing import Part
+from canalyze.output.files import Part
 from canalyze.records import records
 from canalyze.records.objects import Transfer
 from canalyze.sources import Memory

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from canalyze.errors import CanalyzeError, OutputError, as_error
-from canalyze.output.writing import in_place
+from canalyze.output.files import in_place
 from canalyze.sinks import suffixes
 from canalyze.sources.live import BUS, MESSAGES, RECORDS, heads
 from canalyze.words import Words

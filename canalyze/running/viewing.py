@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self, TypedDict
 from canalyze.configuration.options import ANY_PATH, CaptureOptions, configured, known_of, option, usage
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output import FileOutput, Output, Progress, complain, hint, told
-from canalyze.output.writing import in_place
+from canalyze.output.files import in_place
 from canalyze.running.passes import Pass
 from canalyze.running.run import Interrupt
 from canalyze.sources import STDIN

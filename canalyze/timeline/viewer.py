@@ -27,7 +27,7 @@ from typing import Final, Self
 from urllib.parse import quote
 
 from canalyze.errors import CanalyzeError, OutputError, as_error
-from canalyze.output.writing import Part
+from canalyze.output.files import Part
 
 _FOLDERS: Final = ("/usr/share/fonts", "/usr/local/share/fonts", "~/.fonts", "~/.local/share/fonts")
 _LETTERS: Final = frozenset({".ttf", ".ttc", ".otf"})

@@ -1,20 +1,29 @@
-"""Atomic writing of files: each is written as a part with a temporary name, and renamed when it is complete.
+"""Files written atomically: each as a part with a temporary name, renamed when complete; and the user's, read whole.
 
 A part is created in the folder of its file, under a random name that ends in `.part`: an existing link is not
 followed, and two runs never write to the same file. Live recordings are written under their final name instead
-(`in_place`), so that a killed process leaves its data. Must not: know the content, or word an error; failures are
-OSErrors.
+(`in_place`), so that a killed process leaves its data. Failures of writing are OSErrors.
+
+Configuration, expectations and baselines are read whole, never more of one than its bound: a file that somebody hands
+over must cost no more than it is worth, whatever it holds, a device without end, too. Must not: know the content.
 """
 
 import os
 import stat
 import sys
+from collections.abc import Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeVar
+
+from canalyze.errors import ConfigError, as_error
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+T = TypeVar("T")
+MOST: Final = 2 << 20
+"""Bytes of such a file; a hundred times those of a large one."""
+_SHOWN: Final = 200
 AS_IT_IS: Final = getattr(os, "O_BINARY", 0)
 """The flag against translation of line ends, where the system has it."""
 _NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0)
@@ -119,3 +128,30 @@ def in_place(name: str, *, force: bool, typed: bool) -> int:
     """
     flags = os.O_WRONLY | os.O_CREAT | AS_IT_IS | (0 if force else os.O_EXCL) | (0 if typed else _NO_LINK)
     return os.open(name, flags, 0o666)
+
+
+def content(path: "Path") -> bytes:
+    """Reads a file; OSError as the system has it, ConfigError where it is too large."""
+    with path.open("rb") as file:
+        read = file.read(MOST + 1)
+    if len(read) > MOST:
+        raise ConfigError("config.large", file=path, most=MOST >> 20)
+    return read
+
+
+def checked(path: "Path", read: Callable[[bytes, str], T], unreadable: str) -> T:
+    """Returns a file as the core reads it; ConfigError for an error in it, `unreadable` if it cannot be opened."""
+    from canalyze._core import SettingsError
+
+    with as_error(ConfigError, unreadable, file=path):
+        found = content(path)
+    try:
+        return read(found, str(path).encode("utf-8", "backslashreplace").decode())
+    except SettingsError as error:
+        key, facts = error.args
+        raise ConfigError(key, **facts) from error
+
+
+def short(text: str) -> str:
+    """Returns a text as one line can show it."""
+    return text if len(text) <= _SHOWN else text[: _SHOWN - 1] + "…"
