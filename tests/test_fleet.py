@@ -27,10 +27,9 @@ from canalyze.check.examination import Far, Job, examine
 from canalyze.check.policy import Policy
 from canalyze.configuration.network import Known
 from canalyze.fleet import run as runs
-from canalyze.fleet.clusters import Beside, DaskCluster, RayCluster
 from canalyze.fleet.stores import Capture, captures
 from canalyze.fleet.task import Manifest, Piece, Work, restored, stored, verdict_of
-from canalyze.running.pool import Executor, Pool
+from canalyze.running.pool import Beside, DaskCluster, Executor, Pool, RayCluster
 from canalyze.running.run import Interrupt
 from canalyze.words import Words
 

@@ -113,7 +113,7 @@ def test_timelines_tables_and_fleets_alone_need_the_optional_part() -> None:
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) and not node.level else []
             if OPTIONAL & {name.split(".")[0] for name in names}:
                 users.add(path.relative_to(PACKAGE).parts[0])
-    assert users == {"commands", "dictionary", "timeline", "library", "exporting", "fleet"}
+    assert users == {"commands", "dictionary", "timeline", "library", "exporting", "fleet", "running"}
     loaded = subprocess.run([sys.executable, "-c", HEAVY], capture_output=True, text=True, check=True).stdout.split()
     assert not OPTIONAL & set(loaded)
 

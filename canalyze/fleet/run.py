@@ -227,7 +227,7 @@ def _executor(how: How, work: Work, todo: Sequence[Capture], interrupt: Interrup
         alone = alone and how.megabytes is None
         limits: dict[str, Any] = {"seconds": how.seconds, "megabytes": how.megabytes}
         return Pool(one, width, forked=alone, during=interrupt.during, **limits)
-    from canalyze.fleet.clusters import ENGINES, Beside
+    from canalyze.running.pool import ENGINES, Beside
 
     name, address = how.on
     return ENGINES[name](Beside(one, how.seconds, how.megabytes), address, width, interrupt.during)

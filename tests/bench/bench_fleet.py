@@ -32,10 +32,9 @@ from canalyze.check.examination import Job
 from canalyze.check.policy import Policy
 from canalyze.configuration.network import Known
 from canalyze.fleet import run as runs
-from canalyze.fleet.clusters import ENGINES, Beside
 from canalyze.fleet.stores import Capture, captures, place
 from canalyze.fleet.task import Piece, Work, do
-from canalyze.running.pool import Pool, at_once
+from canalyze.running.pool import ENGINES, Beside, Pool, at_once
 
 
 def made(folder: Path, count: int, frames: int) -> list[Capture]:
