@@ -12,7 +12,7 @@ from typing import Any, Final
 import canalyze
 from canalyze.configuration.network import description
 from canalyze.errors import CanalyzeError, SourceError, reason
-from canalyze.output import jsonl, printable
+from canalyze.output import json_text, printable
 from canalyze.sources.names import below
 from canalyze.words import Words
 
@@ -84,7 +84,7 @@ class Folder:
         for line in self._opened(capture, **options).through("transfers")[1].splitlines():
             row = json.loads(line)
             kept = {key: value for key, value in row.items() if key not in _LEFT_OUT and value not in (None, [])}
-            yield jsonl.text(kept, compact=True)
+            yield json_text(kept, compact=True)
 
     def od(self, capture: str, at: float | None = None, **options: Any) -> list[str]:
         """Returns the objects of the devices."""

@@ -10,7 +10,7 @@ from conftest import NOTES, Runner, command, environment
 from test_hostile_files import XDD
 
 from canalyze._core import Session
-from canalyze.output import commandless, jsonl, printable
+from canalyze.output import commandless, json_line, json_text, printable
 from canalyze.running.reading import SessionOptions
 from canalyze.sources import bridge
 
@@ -138,12 +138,12 @@ def test_what_a_runner_takes_for_a_command(text: str, shown: str) -> None:
 def test_json_is_the_same_for_every_reader() -> None:
     value = {"a": f"{EVIL}##[x 中文 \udcff \U000e0001", "b": [1, 2.5, None, True], "c": "plain 中文"}
     for compact in (False, True):
-        written = jsonl.text(value, compact=compact)
+        written = json_text(value, compact=compact)
         assert json.loads(written) == value
         assert written.isprintable() and "##[" not in written and "中文" in written
-    assert jsonl.text({"a": 1, "b": "é"}) == '{"a": 1, "b": "é"}'
-    assert jsonl.text({"a": [1, {}]}, compact=True) == '{"a":[1,{}]}'
-    assert jsonl.line("x") == b'"x"\n'
+    assert json_text({"a": 1, "b": "é"}) == '{"a": 1, "b": "é"}'
+    assert json_text({"a": [1, {}]}, compact=True) == '{"a":[1,{}]}'
+    assert json_line("x") == b'"x"\n'
 
 
 def test_plain_text_is_left_alone() -> None:

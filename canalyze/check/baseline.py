@@ -95,10 +95,10 @@ def text(known: Baseline) -> str:
 
 def _list(known: Baseline, form: type[Kind | ProblemKind]) -> str:
     """Returns the entries of one form."""
-    from canalyze.output import jsonl
+    from canalyze.output import json_text
 
     kinds = sorted((kind for kind in known if isinstance(kind, form)), key=lambda kind: kind.order)
-    rows = [jsonl.text(kind._asdict() | {"count": known[kind]}) for kind in kinds]
+    rows = [json_text(kind._asdict() | {"count": known[kind]}) for kind in kinds]
     inner = ",\n".join(f"  {row}" for row in rows)
     return f"[\n{inner}\n]" if rows else "[]"
 
@@ -181,10 +181,10 @@ def _wrong(entry: Any, form: type[Kind | ProblemKind]) -> str:
 
 
 def _shown(entry: Any, key: str) -> str:
-    from canalyze.output import jsonl
+    from canalyze.output import json_text
 
     value = entry.get(key) if isinstance(entry, dict) else entry
-    return short(jsonl.text(value))
+    return short(json_text(value))
 
 
 def _at(name: str, content: str, section: str, place: int) -> str:

@@ -4,7 +4,7 @@ import json
 from typing import Any
 
 from canalyze.configuration.options import FILES, INPUT_FORMAT, OUTPUT, TOPICS, form, open_session
-from canalyze.output import jsonl
+from canalyze.output import json_line
 from canalyze.running.passes import Pass, pass_command
 from canalyze.running.run import Run
 
@@ -30,7 +30,7 @@ def run(one: Pass) -> int:
                     "size": reading.last.taken,
                 }
                 if one.form == "jsonl":
-                    out.write(jsonl.line(record, compact=True))
+                    out.write(json_line(record, compact=True))
                 else:
                     show_file(record, out, one.words, first=not shown)
                 shown += 1

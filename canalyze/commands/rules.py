@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from canalyze.configuration.options import argument, form
-from canalyze.output import Output, complain, jsonl
+from canalyze.output import Output, complain, fields, json_line
 from canalyze.output.help import simple_command
 from canalyze.output.layout import definitions, wrap
 from canalyze.words import Words
@@ -42,7 +42,7 @@ def run(words: Words, *, codes: tuple[str, ...], form: str) -> int:
     out = Output()
     if form == "jsonl":
         for rule in chosen:
-            out.write(jsonl.line({"kind": "rule", **jsonl.fields(rule, _FIELDS)}))
+            out.write(json_line({"kind": "rule", **fields(rule, _FIELDS)}))
     elif listed:
         _list(chosen, out, words)
     else:

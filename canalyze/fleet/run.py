@@ -23,7 +23,7 @@ from canalyze.errors import CanalyzeError, ConfigError, OutputError, SourceError
 from canalyze.fleet import stores, task
 from canalyze.fleet.stores import Capture, Place, content, is_url, place
 from canalyze.fleet.task import Action, Manifest, Piece, Work, do, problems_of, records_of, verdict_of
-from canalyze.output import Kept, Output, Progress, complain, dyed, jsonl, open_output, printable
+from canalyze.output import Kept, Output, Progress, complain, dyed, json_text, open_output, printable
 from canalyze.records import of_rows, summary
 from canalyze.records.problems import KEYS, Problem
 from canalyze.records.summary import KINDS, Bus, Node, Raised
@@ -77,14 +77,14 @@ def _records(action: Action, done: Iterable[Manifest]) -> Iterable[str]:
     """Yields the records of summaries, problems and exports, each with its capture, and the reasons of failures."""
     for one in done:
         if action == "export" and one.result:
-            yield jsonl.text({"capture": one.capture, "kind": "export", **one.result}, compact=True)
+            yield json_text({"capture": one.capture, "kind": "export", **one.result}, compact=True)
         for problem in (one.result or {}).get("problems", ()) if action == "diagnose" else ():
-            yield jsonl.text({"capture": one.capture, **{key: problem[key] for key in KEYS}}, compact=True)
+            yield json_text({"capture": one.capture, **{key: problem[key] for key in KEYS}}, compact=True)
         for record in records_of(one) if action == "summary" else ():
-            yield jsonl.text({"capture": one.capture, **record}, compact=True)
+            yield json_text({"capture": one.capture, **record}, compact=True)
         if one.failed:
             row = {"capture": one.capture, "kind": "failed", "reason": one.failed, "error": one.error}
-            yield jsonl.text(row, compact=True)
+            yield json_text(row, compact=True)
 
 
 ATTEMPTS: Final = 3

@@ -1,31 +1,32 @@
-"""Outputs of results and messages: standard output, a file, standard error; and the pager, as git has one.
+"""Outputs of results and messages: standard output, a file, standard error; text and JSON that cannot mislead a person.
 
 Results are bytes in UTF-8 and are written before `write` returns; only a terminal of another encoding gets them
-transcoded. A file is a part with a temporary name until it is complete (`files`). The pager is between standard
-output and the terminal: it is started by the first output, so that a command without output has none, and until its
-end it also gets standard error if that is the terminal. Nothing here knows the content.
+transcoded. A file is a part with a temporary name until it is complete (`files`). The first output to a terminal starts
+the pager (`help`), if there is one. Nothing here knows the content.
 """
 
 import errno
 import os
 import re
-import signal
 import stat
 import sys
 from collections.abc import Callable
 from types import TracebackType
-from typing import TYPE_CHECKING, ClassVar, Final, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 from canalyze.errors import BrokenOff, OutputError, ReaderGone
 from canalyze.output.files import AS_IT_IS, Part, write_all
 from canalyze.words import Words
 
 if TYPE_CHECKING:
-    import subprocess
     from pathlib import Path
+
+    from canalyze.output.help import Pager
 
 _STDOUT: Final = 1
 _MARK: Final = re.compile(rb"(##(?:vso)?)\[")
+_MARK_IN_JSON: Final = re.compile(r"(##(?:vso)?)\[")
+"""Commands of the runners of GitHub and Azure."""
 _COMMAND: Final = re.compile(
     rb"^((?:[\t\v\f\r ]|\xc2[\x85\xa0]|\xe1\x9a\x80|\xe2\x80[\x80-\xaf]|\xe2\x81\x9f|\xe3\x80\x80)*+):(?=:)", re.M
 )
@@ -52,6 +53,32 @@ def commandless(lines: bytes) -> bytes:
     if not may_hold_command(lines):
         return lines
     return _COMMAND.sub(rb"\1\\x3a", _MARK.sub(rb"\1\\x5b", lines))
+
+
+def json_text(value: Any, *, compact: bool = False, indent: int | None = None) -> str:
+    """Returns the JSON of a value, escaped as the core escapes it, so that it cannot mislead a person.
+
+    Characters that could control a terminal, reorder or hide text, or break a line, and commands of CI runners are
+    hexadecimal escapes.
+    """
+    import json
+
+    separators = (",", ":") if compact else None
+    written = json.dumps(value, ensure_ascii=False, separators=separators, indent=indent)
+    written = _MARK_IN_JSON.sub(r"\1\\u005b", written)
+    if written.isprintable():
+        return written
+    return "".join(char if char.isprintable() or char == "\n" else json.dumps(char)[1:-1] for char in written)
+
+
+def json_line(value: Any, *, compact: bool = False) -> bytes:
+    """Returns one line of JSON, with its line end."""
+    return json_text(value, compact=compact).encode() + b"\n"
+
+
+def fields(record: object, names: str) -> dict[str, Any]:
+    """Returns attributes of a record; names: with blanks between."""
+    return {name: getattr(record, name) for name in names.split()}
 
 
 def complain(*lines: str) -> None:
@@ -405,90 +432,3 @@ def hexadecimal(value: object, text: str | None) -> str | None:
     """Returns a number as 0x... with the digits of its type, if its text is hexadecimal in all languages; else None."""
     found = re.match("([0-9A-F]{2,16})h", text or "")
     return f"0x{found[1]}" if found and isinstance(value, int) and int(found[1], 16) == value else None
-
-
-_STDERR: Final = 2
-_USUAL: Final = "less -FRX"
-_OPTIONS: Final = "FRX"
-"""Options for a `less` that the user has chosen without options: it ends if all fits the screen, and keeps colours."""
-
-
-def pager_line() -> list[str]:
-    """Returns the command line of the pager that the environment selects; empty for none."""
-    import shlex
-    import shutil
-
-    found = os.environ.get
-    asked = next((value for name in ("CANALYZE_PAGER", "PAGER") if (value := found(name)) is not None), None)
-    if asked is None:
-        return _USUAL.split() if shutil.which("less") else []
-    try:
-        words = shlex.split(asked, posix=os.name == "posix")
-    except ValueError:
-        words = [asked]
-    return [] if words == ["cat"] else words
-
-
-class Pager:
-    """The pager of this process; a context manager that waits for it at the end."""
-
-    def __init__(self, unusable: Callable[[str, OSError], None]) -> None:
-        """Prepares the pager. unusable: called if it cannot be started."""
-        self._unusable = unusable
-        self._process: subprocess.Popen[bytes] | None = None
-        self._kept: dict[int, int] = {}
-        self._columns: str | None = None
-
-    def __enter__(self) -> Self:
-        """Lets standard output start the pager."""
-        Output.pager = self
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Restores the terminal, and waits until the user closes the pager."""
-        Output.pager = None
-        if self._process is None:
-            return
-        for stream, kept in self._kept.items():
-            os.dup2(kept, stream)
-            os.close(kept)
-        if self._columns is None:
-            del os.environ["COLUMNS"]
-        else:
-            os.environ["COLUMNS"] = self._columns
-        before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is the pager's, which has the terminal
-        try:
-            self._process.wait()
-        finally:
-            if self._process.poll() is None:
-                self._process.terminate()
-            signal.signal(signal.SIGINT, before)
-
-    def begin(self) -> None:
-        """Starts the pager, if one is configured and the terminal can show it."""
-        import shutil
-        import subprocess
-
-        Output.pager = None
-        line = pager_line()
-        if not line or os.environ.get("TERM", "dumb") == "dumb":
-            return
-        wide = str(shutil.get_terminal_size().columns)
-        environment = {"LESS": _OPTIONS} | os.environ
-        if (sys.stdout.encoding or "").lower().replace("_", "-") in ("utf-8", "utf8"):
-            environment = {"LESSCHARSET": "utf-8"} | environment
-        try:
-            self._process = subprocess.Popen(line, stdin=subprocess.PIPE, env=environment)
-        except OSError as error:
-            self._unusable(line[0], error)
-            return
-        assert self._process.stdin is not None
-        pipe = self._process.stdin
-        for stream in (_STDOUT, _STDERR):
-            if os.isatty(stream):
-                self._kept[stream] = os.dup(stream)
-                os.dup2(pipe.fileno(), stream, inheritable=False)
-        pipe.close()
-        # Layouts still use the terminal's width, although standard output is a pipe now.
-        self._columns = os.environ.get("COLUMNS")
-        os.environ["COLUMNS"] = wide

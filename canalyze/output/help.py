@@ -1,23 +1,29 @@
-"""Help pages and usage errors in the language of the run, on top of click.
+"""Help pages and usage errors in the language of the run, on top of click; and the pager, as git has one.
 
-click's own pages are English and measure text in characters; these are laid out by `layout`. Sentences are in
-`words`; nothing here knows a command.
+click's own pages are English and measure text in characters; these are laid out by `layout`. The pager is between
+standard output and the terminal: it is started by the first output, so that a command without output has none, and
+until its end it also gets standard error if that is the terminal. Sentences are in `words`; nothing here knows a
+command.
 """
 
 import os
+import signal
 import stat
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, Self
 
 import click
 
 from canalyze.configuration.config import Config
 from canalyze.configuration.options import COMMON, PROBLEM, SHORT, CoreUsageError, HelpOption, Parameter, built
-from canalyze.output import Pager, complain, terminal_encoding
+from canalyze.output import Output, complain, terminal_encoding
 from canalyze.output.layout import definitions, width, wrap
 from canalyze.words import Words
+
+if TYPE_CHECKING:
+    import subprocess
 
 _MARGIN: Final = 2
 _FEW: Final = 8
@@ -31,6 +37,11 @@ _TOPICS: Final = (
     *("bus", "recording", "timeline", "output", "general"),
 )
 """The headings in their order."""
+_STREAMS: Final = (1, 2)
+"""Standard output and standard error."""
+_PAGER: Final = "less -FRX"
+_OPTIONS: Final = "FRX"
+"""Options for a `less` that the user has chosen without options: it ends if all fits the screen, and keeps colours."""
 
 
 class Located(click.Command):
@@ -75,6 +86,87 @@ class Command(Located):
     def get_short_help_str(self, limit: int = 0) -> str:
         """Returns what a list of commands says of it, of any length."""
         return self._words(f"{_key(self.name or '')}.short")
+
+
+def pager_line() -> list[str]:
+    """Returns the command line of the pager that the environment selects; empty for none."""
+    import shlex
+    import shutil
+
+    found = os.environ.get
+    asked = next((value for name in ("CANALYZE_PAGER", "PAGER") if (value := found(name)) is not None), None)
+    if asked is None:
+        return _PAGER.split() if shutil.which("less") else []
+    try:
+        words = shlex.split(asked, posix=os.name == "posix")
+    except ValueError:
+        words = [asked]
+    return [] if words == ["cat"] else words
+
+
+class Pager:
+    """The pager of this process; a context manager that waits for it at the end."""
+
+    def __init__(self, unusable: Callable[[str, OSError], None]) -> None:
+        """Prepares the pager. unusable: called if it cannot be started."""
+        self._unusable = unusable
+        self._process: subprocess.Popen[bytes] | None = None
+        self._kept: dict[int, int] = {}
+        self._columns: str | None = None
+
+    def __enter__(self) -> Self:
+        """Lets standard output start the pager."""
+        Output.pager = self
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Restores the terminal, and waits until the user closes the pager."""
+        Output.pager = None
+        if self._process is None:
+            return
+        for stream, kept in self._kept.items():
+            os.dup2(kept, stream)
+            os.close(kept)
+        if self._columns is None:
+            del os.environ["COLUMNS"]
+        else:
+            os.environ["COLUMNS"] = self._columns
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is the pager's, which has the terminal
+        try:
+            self._process.wait()
+        finally:
+            if self._process.poll() is None:
+                self._process.terminate()
+            signal.signal(signal.SIGINT, before)
+
+    def begin(self) -> None:
+        """Starts the pager, if one is configured and the terminal can show it."""
+        import shutil
+        import subprocess
+
+        Output.pager = None
+        line = pager_line()
+        if not line or os.environ.get("TERM", "dumb") == "dumb":
+            return
+        wide = str(shutil.get_terminal_size().columns)
+        environment = {"LESS": _OPTIONS} | os.environ
+        if (sys.stdout.encoding or "").lower().replace("_", "-") in ("utf-8", "utf8"):
+            environment = {"LESSCHARSET": "utf-8"} | environment
+        try:
+            self._process = subprocess.Popen(line, stdin=subprocess.PIPE, env=environment)
+        except OSError as error:
+            self._unusable(line[0], error)
+            return
+        assert self._process.stdin is not None
+        pipe = self._process.stdin
+        for stream in _STREAMS:
+            if os.isatty(stream):
+                self._kept[stream] = os.dup(stream)
+                os.dup2(pipe.fileno(), stream, inheritable=False)
+        pipe.close()
+        # Layouts still use the terminal's width, although standard output is a pipe now.
+        self._columns = os.environ.get("COLUMNS")
+        os.environ["COLUMNS"] = wide
 
 
 class Listing(Command):

@@ -42,7 +42,7 @@ from typing import Any, Final
 from msgspec import to_builtins
 
 from canalyze.check.verdict import Counted, Verdict
-from canalyze.output import Output, dyed, jsonl, printable
+from canalyze.output import Output, dyed, fields, json_text, printable
 from canalyze.records import SEVERITIES
 from canalyze.records.problems import Finding, Problem
 from canalyze.reports import wording
@@ -273,7 +273,7 @@ def json_lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
                     "id": problem.id,
                     "problem": problem.kind,
                     "incident": problem.kind,
-                    **to_builtins(jsonl.fields(problem, _OF_PROBLEM)),
+                    **to_builtins(fields(problem, _OF_PROBLEM)),
                     "known": known,
                     "fails": fails,
                 }
@@ -282,12 +282,12 @@ def json_lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
             {
                 "kind": "check",
                 "file": os.fsencode(verdict.file).decode("utf-8", "backslashreplace"),
-                **jsonl.fields(verdict, "frames failed"),
+                **fields(verdict, "frames failed"),
                 "failures": sum(one.count for one in verdict.failures),
                 "others": sum(one.count for one in passing),
-                **jsonl.fields(verdict, "nature judged overruled"),
+                **fields(verdict, "nature judged overruled"),
                 "reasons": [{"reason": reason, "count": count} for reason, count in verdict.reasons],
-                **jsonl.fields(verdict, "expectations error"),
+                **fields(verdict, "expectations error"),
             }
         )
 
@@ -304,7 +304,7 @@ def _finding(one: Counted, fails: bool) -> dict[str, Any]:
 
 
 def _line(row: dict[str, Any]) -> str:
-    return jsonl.text(row, compact=True)
+    return json_text(row, compact=True)
 
 
 DOCUMENTS: Final = ("junit", "sarif", "code_quality", "markdown")

@@ -26,7 +26,7 @@ from typing import Final
 from canalyze._core import CobId, Mapped, Pdo
 from canalyze.dictionary import ARRAY, NAMES, RECORD, Defect, Dictionary, Entry, NodeOffset, Object, Value
 from canalyze.dictionary.files import Described, database
-from canalyze.output import Output, complain, jsonl, printable
+from canalyze.output import Output, complain, fields, json_text, printable
 from canalyze.output.layout import definitions, width
 from canalyze.reports.table import columns, write
 from canalyze.words import Words
@@ -313,14 +313,14 @@ def json_lines(found: Dictionary) -> Iterator[str]:
 
 
 def _line(kind: str, file: str, rest: dict[str, object]) -> str:
-    return jsonl.text({"kind": kind, "file": file} | rest)
+    return json_text({"kind": kind, "file": file} | rest)
 
 
 def _head(found: Dictionary) -> dict[str, object]:
     device, info = found.device, found.info
     return {
-        **jsonl.fields(found, "form encoding"),
-        **jsonl.fields(found, "node node_name"),
+        **fields(found, "form encoding"),
+        **fields(found, "node node_name"),
         "bit_rate": _json_number(found.bit_rate),
         "vendor": device.vendor_name,
         "vendor_number": _json_number(device.vendor_number),
@@ -331,7 +331,7 @@ def _head(found: Dictionary) -> dict[str, object]:
         "file_name": info.name,
         "file_version": info.version,
         "file_revision": info.revision,
-        **jsonl.fields(info, "eds_version description created modified"),
+        **fields(info, "eds_version description created modified"),
         "comments": list(found.comments),
         "bit_rates": list(device.bit_rates),
         "lss": device.lss,
@@ -357,7 +357,7 @@ def _entry_fields(thing: Object, entry: Entry, node: int | None) -> dict[str, ob
         "mappable": entry.mappable,
         "low": _json_number(entry.low),
         "high": _json_number(entry.high),
-        **jsonl.fields(entry, "unit factor"),
+        **fields(entry, "unit factor"),
     }
 
 
@@ -368,13 +368,13 @@ def _pdo_fields(pdo: Pdo, found: Dictionary) -> dict[str, object]:
     return {
         "line": communication.line if communication else 0,
         "pdo": f"{pdo.direction.upper()}{pdo.number}",
-        **jsonl.fields(pdo, "direction number"),
+        **fields(pdo, "direction number"),
         "cob_id": None if identifier is None else f"{identifier:X}",
         "base": f"{cob.base:X}",
-        **jsonl.fields(cob, "relative valid"),
+        **fields(cob, "relative valid"),
         "rtr": cob.rtr_allowed,
-        **jsonl.fields(cob, "extended assumed"),
-        **jsonl.fields(pdo, "transmission inhibit event_timer sync_start multiplex bits"),
+        **fields(cob, "extended assumed"),
+        **fields(pdo, "transmission inhibit event_timer sync_start multiplex bits"),
         "mapped": [_mapped_fields(one, found) for one in pdo.mapped],
     }
 
@@ -383,7 +383,7 @@ def _mapped_fields(of: Mapped, found: Dictionary) -> dict[str, object]:
     entry = None if of.dummy else found.entry(of.index, of.sub)
     return {
         "index": f"{of.index:04X}",
-        **jsonl.fields(of, "sub offset bits"),
+        **fields(of, "sub offset bits"),
         "name": entry.name if entry else None,
         "type": f"{entry.type:04X}" if entry else None,
         "dummy": of.dummy,

@@ -34,7 +34,7 @@ from canalyze import _core
 from canalyze.dictionary import read
 from canalyze.dictionary.files import identifier
 from canalyze.errors import OutputError, SourceError, as_error
-from canalyze.output import jsonl
+from canalyze.output import fields
 from canalyze.output.files import Part
 from canalyze.records import records
 from canalyze.records.objects import Transfer
@@ -178,9 +178,9 @@ def _described(path: Path, status: str, holes: Sequence[Hole], about: Transfer) 
     summed = whole and about.mode == "block" and about.crc_negotiated
     return {
         "transfer": about.number,
-        **jsonl.fields(about, "bus node direction index sub name status"),
+        **fields(about, "bus node direction index sub name status"),
         "complete": whole,
-        **jsonl.fields(about, "size size_indicated"),
+        **fields(about, "size size_indicated"),
         "contents": found and {"kind": found.kind, **found.facts},
         "damage": damage and {"kind": damage[0], **damage[1]},
         "suffix": found.suffix if found else None,

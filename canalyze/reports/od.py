@@ -26,7 +26,7 @@ from typing import Any, Final
 from canalyze._core import object_text, standard_object
 from canalyze.dictionary import against
 from canalyze.dictionary.difference import IDENTIFIER, Compared, Difference, Held, Node, Pair, relative
-from canalyze.output import Output, dyed, jsonl, printable
+from canalyze.output import Output, dyed, json_line, printable
 from canalyze.output.layout import definitions
 from canalyze.records import records
 from canalyze.records.objects import Head, Object, ObjectValue, Refusal
@@ -221,7 +221,7 @@ def show_differences(found: Compared, out: Output, words: Words, *, every: bool)
 
 def difference_lines(found: Compared, names: tuple[str, str]) -> bytes:
     """Returns the JSON lines."""
-    return b"".join(jsonl.line(record, compact=True) for record in _records(found, names))
+    return b"".join(json_line(record, compact=True) for record in _records(found, names))
 
 
 def _records(found: Compared, names: tuple[str, str]) -> Iterator[dict[str, Any]]:
@@ -365,7 +365,7 @@ def against_lines(held: against.Comparison, file: str, words: Words) -> bytes:
     counts = Counter(one.severity for one in held.differences)
     figures = {"objects": held.seen + len(held.unseen), "seen": held.seen, "unseen": len(held.unseen)}
     last = {"kind": "od_against", **head, **{key: counts[key] for key in ("error", "warning", "info")}, **figures}
-    return b"".join(map(jsonl.line, [*found, last]))
+    return b"".join(map(json_line, [*found, last]))
 
 
 def _against_cells(one: against.Difference, words: Words) -> list[str]:

@@ -16,7 +16,7 @@ from urllib.parse import quote
 
 from canalyze import __version__
 from canalyze.check.verdict import Counted, Verdict
-from canalyze.output import jsonl, printable
+from canalyze.output import json_text, printable
 from canalyze.records import SEVERITIES
 from canalyze.records.problems import Finding, Problem
 from canalyze.reports import wording
@@ -93,7 +93,7 @@ def document(verdicts: Sequence[Verdict], rules: "Sequence[Rule]", words: Words)
         "results": results,
     }
     log = {"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}
-    return (jsonl.text(log, indent=2) + "\n").encode()
+    return (json_text(log, indent=2) + "\n").encode()
 
 
 def _worst(found: list[tuple[str, Counted]]) -> list[tuple[str, Counted]]:

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, Final
 from canalyze.configuration.network import Carrier, Description, Known, carriers, network
 from canalyze.configuration.options import PROBLEM, SHORT, configured, known_of, open_session, start_session, usage
 from canalyze.errors import ReaderGone, SourceError, as_error
-from canalyze.output import Output, Progress, complain, jsonl, told
+from canalyze.output import Output, Progress, complain, json_text, told
 from canalyze.records import records
 from canalyze.records.objects import Transfer
 from canalyze.records.problems import KEYS, Problem, diagnosed, lines
@@ -193,7 +193,7 @@ def write_lines(result: bytes, shown: Iterable[Problem], out: Output, names: tup
         if row["kind"] != "problem" or row["id"] not in wanted:
             continue
         record = {key: row[key] for key in KEYS} | ({"files": list(names)} if names else {})
-        out.write(f"{jsonl.text(record)}\n".encode("utf-8", "backslashreplace"))
+        out.write(f"{json_text(record)}\n".encode("utf-8", "backslashreplace"))
 
 
 AROUND: Final = 3
