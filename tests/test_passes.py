@@ -27,7 +27,8 @@ def asked(path: Path) -> set[str]:
     for function in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if not isinstance(function, ast.FunctionDef):
             continue
-        passes = {arg.arg for arg in function.args.args if ast.unparse(arg.annotation or ast.Constant(0)) == "Pass"}
+        kinds = {arg.arg: ast.unparse(arg.annotation).strip("'") for arg in function.args.args if arg.annotation}
+        passes = {name for name, kind in kinds.items() if kind == "Pass"}
         for node in ast.walk(function):
             if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in passes:
                 found.add(node.attr)
