@@ -25,7 +25,7 @@ OTHER = {".json", ".md"}
 HEAD = """\
 # What is said of captures that other people published
 
-One row a file, as `python tests/corpus_table.py` writes it; test_corpus_table.py holds it against the program where the
+One row a file, as `python tests/corpus_table.py` writes it; test_stacks.py holds it against the program where the
 files are at hand. *Is* is what `check` takes the capture for; *nodes* are those of the services that belong to a node;
 *transfers* are those of `sdo` by status; *findings* are all of them, with their counts.
 

@@ -1,6 +1,8 @@
 """A damaged chunk of an MCAP file loses its definitions, and every message that is lost by damage is counted.
 
-What it must not do: look at the wording of findings; what they count is computed from the file that was damaged.
+A file that was written until its writer was killed is said where it is met, and made whole by `convert`, held against
+mcap's own reader. Must not: look at the wording of findings; what they count is computed from the file that was
+damaged.
 """
 
 from __future__ import annotations
@@ -23,7 +25,10 @@ from mcap_files import cdr, raw
 from ros_messages import FRAME
 
 from canalyze import _core
+from canalyze.errors import OutputError
 from canalyze.running.reading import SessionOptions
+from canalyze.running.recording import Recording
+from canalyze.words import Words
 
 MAGIC = b"\x89MCAP0\r\n"
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 1, 2, 3, 4, 5, 6, 15
@@ -300,3 +305,45 @@ def test_many_damages_are_named_up_to_a_number(canalyze: Runner, tmp_path: Path)
     assert len([line for line in done.complaints if "CAP004" in line]) == 5
     assert done.complaints[-1] == "many.mcap: 100 damaged places in total"
     assert json.loads(canalyze("info", "--format", "jsonl", "many.mcap").out)["damages"] == 100
+
+
+mcap = pytest.importorskip("mcap.reader")
+
+UNFINISHED = "".join(f"({1700000000 + no / 1000:.6f}) can0 185#{no:04X}\n" for no in range(500))
+
+
+@pytest.fixture
+def unfinished(canalyze: Runner, tmp_path: Path) -> Path:
+    """As `sniff --record` leaves it: whole chunks, no footer."""
+    (tmp_path / "x.log").write_text(UNFINISHED)
+    assert canalyze("convert", "x.log", "whole.mcap").code == 0
+    whole = (tmp_path / "whole.mcap").read_bytes()
+    (tmp_path / "x.mcap").write_bytes(whole[: len(whole) * 9 // 10])
+    return tmp_path / "x.mcap"
+
+
+def messages(path: Path) -> int:
+    with path.open("rb") as file:
+        return sum(1 for _ in mcap.make_reader(file).iter_messages())
+
+
+def test_info_says_how_it_is_made_whole(unfinished: Path, canalyze: Runner, tmp_path: Path) -> None:
+    with pytest.raises(Exception):  # noqa: B017 - mcap raises several kinds
+        messages(unfinished)
+    done = canalyze("--lang", "en", "info", "x.mcap")
+    assert "canalyze convert x.mcap NEW.mcap writes a whole one" in done.out
+    assert "canalyze convert x.mcap 新文件.mcap" in canalyze("--lang", "zh", "info", "x.mcap").out
+    assert "NEW.mcap" not in canalyze("--lang", "en", "info", "whole.mcap").out
+    assert canalyze("convert", "x.mcap", "y.mcap").code in (0, 1)
+    lines = canalyze("decode", "x.mcap").lines
+    there = sum("185" in line for line in lines if not line.startswith("#"))
+    assert messages(tmp_path / "y.mcap") == there > 0
+
+
+def test_a_recording_of_the_same_name_says_it(unfinished: Path, tmp_path: Path) -> None:
+    with pytest.raises(OutputError) as error:
+        Recording(str(unfinished), Words("en"))
+    assert error.value.key == "record.unfinished"
+    with pytest.raises(OutputError) as error:
+        Recording(str(tmp_path / "whole.mcap"), Words("en"))
+    assert error.value.key == "output.exists"

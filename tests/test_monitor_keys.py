@@ -1,4 +1,7 @@
-"""Every key of `canalyze monitor`, and what it does to the screen."""
+"""Every key of `canalyze monitor`, and what it does to the screen; and whole screens, in both languages.
+
+`python tests/regenerate.py` writes the screens anew.
+"""
 
 from collections.abc import Awaitable, Callable
 from pathlib import Path
@@ -6,8 +9,9 @@ from typing import Any
 
 import pytest
 from captures import SAMPLES
-from monitor_screens import on_screen, replayed, settle, text
+from monitor_screens import FOLDER, SCREENS, SIZES, golden, goldens, on_screen, replayed, screens, settle, text
 from msgspec.structs import replace
+from rich.cells import cell_len
 
 from canalyze.monitor.app import Monitor
 from canalyze.monitor.around import KEYS, VIEWS
@@ -490,3 +494,23 @@ def test_a_node_that_has_only_booted_is_not_said_to_be_initialising(lang: str, s
     (tmp_path / "boot.log").write_text("(1700000000.000000) can0 705#00\n")
     row = views.node_rows(replayed(tmp_path / "boot.log", lang).snapshot(), Words(lang), buses=False)[0]
     assert row.cells[2] == ((said, "info"),) and said in row.whole
+
+
+@pytest.mark.parametrize(("capture", "size", "lang"), goldens(), ids=lambda one: getattr(one, "stem", str(one)))
+def test_screen_is_the_golden_one(capture: Path, size: tuple[int, int], lang: str) -> None:
+    assert screens(capture, size, lang) == golden(capture, size, lang).read_text()
+
+
+@pytest.mark.parametrize(("capture", "size", "lang"), goldens(), ids=lambda one: getattr(one, "stem", str(one)))
+def test_golden_screen_fits_the_terminal(capture: Path, size: tuple[int, int], lang: str) -> None:
+    pages = golden(capture, size, lang).read_text().split("--- ")[1:]
+    assert len(pages) == 8
+    for page in pages:
+        lines = page.splitlines()[1:]
+        assert len(lines) == size[1]
+        assert all(cell_len(line) <= size[0] for line in lines)
+
+
+def test_every_golden_screen_is_compared() -> None:
+    assert {path.name for path in FOLDER.iterdir()} == {golden(*one).name for one in goldens()}
+    assert len(SCREENS) * len(SIZES) * 2 == len(goldens())

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from captures import SHARED, CanFrame, eds_options, log_text, read_log
 from conftest import Runner
-from test_od_dcf import EVERY, SESSIONS, written
+from test_od_files import EVERY, SESSIONS, written
 
 from canalyze.dictionary import Dictionary, load
 from canalyze.dictionary.difference import compare, standard_nature

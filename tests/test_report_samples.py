@@ -16,7 +16,7 @@ from conftest import command, environment
 from junitparser import Failure
 from junitparser.xunit2 import JUnitXml
 from report_schemas import junit_faults, sarif_faults
-from test_report_github import parsed
+from test_report_hosts import parsed
 
 from canalyze.words import LANGUAGES
 

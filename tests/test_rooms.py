@@ -39,7 +39,7 @@ def test_each_part_of_the_source_has_a_row(house: str) -> None:
         ("canalyze/reports/sarif.py", ["tests/test_report_sarif.py"]),
         (
             "canalyze/core/src/views/diff",
-            ["tests/console/diff.txt", "tests/test_diff.py", "tests/test_diff_incidents.py"],
+            ["tests/console/diff.txt", "tests/test_diff.py"],
         ),
         ("canalyze/core/src/checks/sync/mod.rs", ["tests/test_sync_faults.py"]),
         ("tests/live/test_flood.py", ["tests/live/test_flood.py"]),
@@ -52,7 +52,7 @@ def test_a_path_leads_to_its_tests(path: str, tests: list[str]) -> None:
 
 def test_a_folder_leads_to_the_tests_below_it() -> None:
     below = rooms.tests_of(["canalyze/reports/"])
-    assert {"tests/test_report_samples.py", "tests/test_report_junit.py"} < {*below}
+    assert {"tests/test_report_samples.py", "tests/test_report_hosts.py"} < {*below}
     assert "tests/test_cli_view.py" not in rooms.tests_of(["canalyze/commands/view.py"])
 
 

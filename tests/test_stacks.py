@@ -1,7 +1,8 @@
 """Sessions of real stacks: the program must report the transfers that happened, and no fault that did not.
 
 `samples/stacks/NAME.json` says what happened in NAME.log; each capture is also read in candump's console form with
-`-t a -x`, made from the log here.
+`-t a -x`, made from the log here. Third-party transcripts, and the table of what is said of captures that other people
+published, are compared where they are at hand.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ from typing import Any
 
 import pytest
 from captures import SAMPLES, Row, decoded, sdo_rows
+from compare_transcripts import DEFAULT_DIRECTORY, compare
+from corpus_table import CORPUS, TABLE, captures, row, table
 
 CAPTURES = sorted((SAMPLES / "stacks").glob("*.log"))
 FORMS = ("log", "console")
@@ -89,8 +92,8 @@ def test_the_transfers_are_those_that_happened(log: Path, form: str, tmp_path: P
     rows = sdo_rows(capture_file(log, form, tmp_path))
     wanted = [wanted_row(one) for one in truth]
     assert len(rows) == len(wanted)
-    for row, want in zip(rows, wanted, strict=True):
-        assert given_row(row, want) == want
+    for found, want in zip(rows, wanted, strict=True):
+        assert given_row(found, want) == want
     print(f"{log.stem}, {form}: {len(rows)} transfers compared")
 
 
@@ -108,3 +111,31 @@ def test_nothing_above_info_but_what_happened(log: Path, form: str, tmp_path: Pa
     assert len(said.frames) == truth["frames"]
     alarms = [finding for finding in said.above_info() if not is_natural(finding, truth["natural"])]
     assert not alarms, said.complaint()
+
+
+@pytest.mark.skipif(not DEFAULT_DIRECTORY.is_dir(), reason="the third-party transcripts are not beside this checkout")
+def test_the_transcripts_say_what_their_authors_say() -> None:
+    result = compare(DEFAULT_DIRECTORY)
+    print(result.summary)
+    assert result.answers > 0
+    assert not result.wrong, result.summary
+
+
+@pytest.mark.skipif(not CORPUS.is_dir(), reason="no corpus of captures on this machine")
+def test_the_table_is_that_of_the_program(tmp_path: Path) -> None:
+    assert TABLE.read_text(encoding="utf-8") == table(tmp_path), "python tests/corpus_table.py"
+
+
+@pytest.mark.skipif(not CORPUS.is_dir(), reason="no corpus of captures on this machine")
+def test_every_capture_is_in_it(tmp_path: Path) -> None:
+    files = captures()
+    assert len(files) >= 30
+    assert next(row(files[0], tmp_path)).count("/") == 1
+
+
+def test_the_table_names_files_only() -> None:
+    rows = [line for line in TABLE.read_text(encoding="utf-8").splitlines() if line.startswith("| ")][1:]
+    assert rows
+    for line in rows:
+        name, *rest = line.strip("| ").split(" | ")
+        assert name.count("/") == 1 and not any("/" in cell or "#" in cell for cell in rest), line
