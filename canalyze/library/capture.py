@@ -9,7 +9,7 @@ import difflib
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
 from datetime import UTC, datetime
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar, cast, overload
 from weakref import WeakSet
@@ -139,19 +139,12 @@ class Series(_Values):
 class Signals(_Values):
     """Every value of every signal, in the order of frames; `signals["5.TPDO4.velocity actual value"]` is a series."""
 
-    def __init__(self, rows: Iterable[Signal]) -> None:
-        """Creates a list of the rows, in the order of frames."""
-        super().__init__(rows)
-        self._grouped: dict[tuple[str | None, int, str, str, int, str], list[Signal]] | None = None
-
-    @property
+    @cached_property
     def _groups(self) -> dict[tuple[str | None, int, str, str, int, str], list[Signal]]:
-        if self._grouped is None:
-            self._grouped = {}
-            for row in self._rows:
-                key = (row.bus, row.node, row.pdo, row.index, row.sub, row.signal)
-                self._grouped.setdefault(key, []).append(row)
-        return self._grouped
+        found: dict[tuple[str | None, int, str, str, int, str], list[Signal]] = {}
+        for row in self._rows:
+            found.setdefault((row.bus, row.node, row.pdo, row.index, row.sub, row.signal), []).append(row)
+        return found
 
     def _one(self, row: Signal) -> str:
         return f"{row.node}.{row.pdo}.{row.signal}"
@@ -221,11 +214,6 @@ class Capture:
         self._inputs = inputs
         self._complaints: tuple[str, ...] | None = None
         self._records: dict[type[Struct], list[Any]] | None = None
-        self._events: Events | None = None
-        self._frames: Frames | None = None
-        self._signals: Signals | None = None
-        self._problems: Problems | None = None
-        self._diagnosed: tuple[list[Problem], Overview] | None = None
         self._lists: dict[str, Any] = {}
         self._checked: list[Finding] = []
         self._running: WeakSet[Generator[Event, None, None]] = WeakSet()
@@ -245,8 +233,7 @@ class Capture:
 
     def _repr_html_(self) -> str:
         """Returns its name, and the number of rows that were read, for a notebook."""
-        read = {**self._lists, "signals": self._signals, "problems": self._problems, "events": self._events}
-        rows = [(name.removeprefix("summary_"), len(rows)) for name, rows in read.items() if rows is not None]
+        rows = [(name, len(rows)) for name, rows in {**self._lists, **self._read}.items()]
         return html_table(("read", "rows"), rows, self.name)
 
     def __enter__(self) -> Self:
@@ -267,26 +254,22 @@ class Capture:
 
         SourceError where a file cannot be read, or no further, or holds no frame.
         """
-        if self._events is not None:
-            return iter(self._events)
+        if "events" in self._read:
+            return iter(self.events)
         stream = self._stream()
         self._running.add(stream)
         return stream
 
-    @property
+    @cached_property
     def events(self) -> Events:
         """All of them, in order: frames, notes, findings, transfers. About 0.8 KiB of memory a frame."""
-        if self._events is None:
-            with closing(self._stream()) as stream:
-                self._events = Events(stream)
-        return self._events
+        with closing(self._stream()) as stream:
+            return Events(stream)
 
-    @property
+    @cached_property
     def frames(self) -> Frames:
         """All frames, out of `events`."""
-        if self._frames is None:
-            self._frames = Frames(one for one in self.events if isinstance(one, Frame))
-        return self._frames
+        return Frames(one for one in self.events if isinstance(one, Frame))
 
     @property
     def transfers(self) -> Transfers:
@@ -298,21 +281,17 @@ class Capture:
         """Findings, in the order of frames; of one kind on one object ten, then one that counts the rest."""
         return self._list(Finding, Findings)
 
-    @property
+    @cached_property
     def problems(self) -> Problems:
         """The problems with their status and causes: `capture.problems.roots`, `.open`, `.of(node=5)`."""
-        if self._problems is None:
-            found, whole = self.diagnosed
-            self._problems = Problems(found, whole.order)
-        return self._problems
+        found, whole = self.diagnosed
+        return Problems(found, whole.order)
 
-    @property
+    @cached_property
     def diagnosed(self) -> tuple[list[Problem], Overview]:
         """The problems, and the overview of the whole capture."""
-        if self._diagnosed is None:
-            result = self.through("diagnosis")[1]
-            self._diagnosed = list(records(result, Problem)), next(records(result, Overview))
-        return self._diagnosed
+        result = self.through("diagnosis")[1]
+        return list(records(result, Problem)), next(records(result, Overview))
 
     incidents = renamed("incidents", "problems")
 
@@ -335,13 +314,11 @@ class Capture:
         """Nodes with their states, heartbeats, SDO figures and EMCYs, and their descriptions."""
         return self._list(Node, partial(Nodes, dictionary=self._plan.dictionary))
 
-    @property
+    @cached_property
     def signals(self) -> Signals:
         """Signals of PDOs, one row a value; `signals["5.TPDO4.velocity actual value"]` is a series."""
-        if self._signals is None:
-            with closing(self._typed("signals", Signal)) as rows:
-                self._signals = Signals(rows)
-        return self._signals
+        with closing(self._typed("signals", Signal)) as rows:
+            return Signals(rows)
 
     @property
     def complaints(self) -> tuple[str, ...]:
@@ -450,9 +427,13 @@ class Capture:
 
     def gave(self, row: object) -> bool:
         """Returns true if this finding, transfer, signal or problem is in one of the lists that were read."""
-        read = (self._signals, self._events, self._problems)
-        lists = [*(self._records or {}).values(), self._checked, *(rows for rows in read if rows is not None)]
+        lists = [*(self._records or {}).values(), self._checked, *self._read.values()]
         return any(row is one for rows in lists for one in rows)
+
+    @property
+    def _read(self) -> dict[str, Rows[Any]]:
+        """The lists beside those of `_read_records` that were read."""
+        return {name: vars(self)[name] for name in ("signals", "problems", "events") if name in vars(self)}
 
     def _list(self, kind: type[Struct], form: Callable[[Iterable[Any]], T]) -> T:
         name = kind.__name__.lower() + "s"

@@ -100,6 +100,11 @@ class Rows(Tabular, Sequence[T]):
     def _only(self, fits: Callable[[T], bool]) -> Self:
         return type(self)(row for row in self._rows if fits(row))
 
+    def _having(self, **wanted: object) -> Self:
+        """Returns those with attributes of these values; None stands for any."""
+        asked = {name: value for name, value in wanted.items() if value is not None}
+        return self._only(lambda row: all(getattr(row, name) == value for name, value in asked.items()))
+
 
 def _short(one: Any) -> str | None:
     """Returns an object as tables have it: 1017:00."""
@@ -195,18 +200,7 @@ class Transfers(Rows[Transfer]):
         one_of("direction", direction, ("upload", "download"))
         one_of("status", status, ("ok", "aborted", "incomplete", "failed"))
         index, sub = (None, None) if object is None else address(object)
-
-        def fits(one: Transfer) -> bool:
-            return (
-                (node is None or one.node == node)
-                and (index is None or one.index == index)
-                and (sub is None or one.sub == sub)
-                and (direction is None or one.direction == direction)
-                and (bus is None or one.bus == bus)
-                and (status is None or one.status == status)
-            )
-
-        return self._only(fits)
+        return self._having(node=node, index=index, sub=sub, direction=direction, bus=bus, status=status)
 
 
 class Findings(Rows[Finding]):
@@ -325,14 +319,8 @@ class Problems(Rows[Problem]):
         """
         status = FORMER_STATUSES.get(status or "", status)
         one_of("status", status, STATUSES)
-        return self._only(
-            lambda one: (
-                (node is None or node in one.nodes)
-                and (bus is None or one.bus == bus)
-                and (kind is None or one.kind == kind)
-                and (status is None or one.status == status)
-            )
-        )
+        there = self if node is None else self._only(lambda one: node in one.nodes)
+        return there._having(bus=bus, kind=kind, status=status)
 
     def by_id(self, number: int) -> Problem:
         """Returns the problem of this number; KeyError if there is none."""

@@ -6,7 +6,7 @@ What the commands of these names print, these give. Must not: print.
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Unpack
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, Unpack
 
 from canalyze.library import Descriptions, Options, Source, StrPath
 from canalyze.library import open as open_
@@ -23,28 +23,41 @@ if TYPE_CHECKING:
     from canalyze._core import Rule
 
 
-class Diff(Sequence[Mapping[str, Any]]):
-    """In what two captures differ: false where they do not, `str()` the text of `canalyze diff`."""
+T = TypeVar("T")
+
+
+class _Told(Sequence[T]):
+    """Records of the core, and the text of the command that shows them."""
+
+    def __init__(self, rows: Sequence[T], text: str) -> None:
+        self._rows = rows
+        self._text = text
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __getitem__(self, place: Any) -> Any:
+        """Returns one, or some."""
+        return self._rows[place]
+
+    def __str__(self) -> str:
+        return self._text
+
+
+class Diff(_Told[Mapping[str, Any]]):
+    """In what two captures differ: false where they do not, `str()` the text of `canalyze diff`.
+
+    Its records are those of `canalyze diff --format jsonl`.
+    """
 
     def __init__(self, text: str, records: Sequence[Mapping[str, Any]], count: int) -> None:
         """Creates a result of the core's records and text."""
-        self._text = text
-        self._records = tuple(records)
+        super().__init__(tuple(records), text)
         self.differences = count
         """The number of differences; several of the same count once."""
 
     def __bool__(self) -> bool:
         return self.differences > 0
-
-    def __len__(self) -> int:
-        return len(self._records)
-
-    def __getitem__(self, place: Any) -> Any:
-        """Returns one record, as `canalyze diff --format jsonl` has it, or some."""
-        return self._records[place]
-
-    def __str__(self) -> str:
-        return self._text
 
     def __repr__(self) -> str:
         return f"<Diff: {self.differences} differences>"
@@ -80,7 +93,7 @@ class Summary:
         return html_table(("bus", "node", "name", "state", "frames"), rows, f"{len(nodes)} nodes")
 
 
-class Diagnosis(Sequence[Problem]):
+class Diagnosis(_Told[Problem]):
     """The problems that no other has caused, the most important first; harmless ones are left out.
 
     False where there are none; `str()` the text of `canalyze FILE`.
@@ -90,29 +103,18 @@ class Diagnosis(Sequence[Problem]):
         """Creates a result of the core's records and report."""
         self.problems = problems
         """All of them: what follows from others too, and what is harmless."""
-        self._roots = [one for one in problems.roots if one.status != "harmless"]
-        self._text = text
-
-    def __len__(self) -> int:
-        return len(self._roots)
-
-    def __getitem__(self, place: Any) -> Any:
-        """Returns one, or some."""
-        return self._roots[place]
+        super().__init__([one for one in problems.roots if one.status != "harmless"], text)
 
     @property
     def open(self) -> list[Problem]:
         """Those that have not ended."""
         return [one for one in self if one.status == "open"]
 
-    def __str__(self) -> str:
-        return self._text
-
     def __repr__(self) -> str:
         return f"<Diagnosis: {self._text.partition(chr(10))[0]}>"
 
 
-class Inventory(Sequence[Mapping[str, Any]]):
+class Inventory(_Told[Mapping[str, Any]]):
     """The objects of devices, by what the traffic shows: the records of `canalyze od --format jsonl`.
 
     `str()` is the text of the command.
@@ -123,15 +125,7 @@ class Inventory(Sequence[Mapping[str, Any]]):
         records = list(records)
         self.nodes = tuple(one for one in records if one["kind"] == "od_node")
         """The records of the devices."""
-        self._objects = tuple(one for one in records if one["kind"] == "od_object")
-        self._text = text
-
-    def __len__(self) -> int:
-        return len(self._objects)
-
-    def __getitem__(self, place: Any) -> Any:
-        """Returns one object, or some."""
-        return self._objects[place]
+        super().__init__(tuple(one for one in records if one["kind"] == "od_object"), text)
 
     def of(
         self,
@@ -145,9 +139,6 @@ class Inventory(Sequence[Mapping[str, Any]]):
         wanted = {"node": node, "index": index, "sub": sub, "bus": bus}
         asked = {key: value for key, value in wanted.items() if value is not None}
         return [one for one in self if all(one[key] == value for key, value in asked.items())]
-
-    def __str__(self) -> str:
-        return self._text
 
     def __repr__(self) -> str:
         return f"<Inventory: {len(self)} objects of {len(self.nodes)} nodes>"
