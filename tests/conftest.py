@@ -3,10 +3,12 @@
 import gc
 import os
 import signal
+import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import forked
 import pytest
@@ -95,6 +97,18 @@ def environment(**more: str) -> dict[str, str]:
 def command(*args: str) -> list[str]:
     """Give the command line as a user's shell would start it."""
     return [sys.executable, "-m", "canalyze", *args]
+
+
+def ran(directory: Path | None, *args: str, **more: Any) -> subprocess.CompletedProcess[bytes]:
+    """Runs a command line in a process of its own; more: for `subprocess.run`, instead of the usual."""
+    usual: dict[str, Any] = {"cwd": directory, "env": environment(), "capture_output": True, "check": False}
+    return subprocess.run(command(*args), **usual | more)
+
+
+def started(directory: Path | None, *args: str, **more: Any) -> subprocess.Popen[bytes]:
+    """Starts a command line; its output goes to pipes. more: for `subprocess.Popen`, instead of the usual."""
+    usual: dict[str, Any] = {"cwd": directory, "env": environment()}
+    return subprocess.Popen(command(*args), **usual | dict.fromkeys(("stdout", "stderr"), subprocess.PIPE) | more)
 
 
 Runner = Callable[..., Done]

@@ -10,14 +10,13 @@ import os
 import pty
 import select
 import struct
-import subprocess
 import termios
 import time
 from collections.abc import Callable
 from fcntl import ioctl
 from pathlib import Path
 
-from conftest import command, environment
+from conftest import environment, started
 
 ON, OFF = b"\x1b[?1049h", b"\x1b[?1049l"
 """The screen of a program begins, and ends."""
@@ -34,12 +33,14 @@ class Terminal:
         ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
         self.before = termios.tcgetattr(theirs)
         self._theirs = theirs
-        self.process = subprocess.Popen(
-            command("--lang", "en", "monitor", *args),
+        self.process = started(
+            directory,
+            "--lang",
+            "en",
+            "monitor",
+            *args,
             stdin=theirs,
             stdout=theirs,
-            stderr=subprocess.PIPE,
-            cwd=directory,
             env=environment(**({"LANG": "C.UTF-8", "TERM": "xterm-256color"} | env)),
             start_new_session=True,
         )

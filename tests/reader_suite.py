@@ -14,7 +14,6 @@ import gzip
 import lzma
 import os
 import random
-import subprocess
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
@@ -40,7 +39,7 @@ from capture_frames import (
     without,
 )
 from captures import SAMPLES, SHARED, Row, sort_rows
-from conftest import command, environment
+from conftest import ran
 
 from canalyze import _core
 from canalyze.running.reading import SessionOptions
@@ -339,13 +338,16 @@ class ReaderSuite(ABC):
             pytest.skip("as a file")
         path = self.file(random_session(79, count=50), tmp_path)
         data = path.read_bytes()
-        done = subprocess.run(
-            command("decode", "-", "--format", "jsonl", "--lang", "en"),
+        done = ran(
+            None,
+            "decode",
+            "-",
+            "--format",
+            "jsonl",
+            "--lang",
+            "en",
             input=PACKERS[packed](data) if packed else data,
-            capture_output=True,
-            env=environment(),
             timeout=60,
-            check=False,
         )
         assert (done.returncode, done.stderr.decode()) == (0, "")
         assert [recorded(row) for row in sort_rows(done.stdout).frames] == read(path).frames

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 from captures import SAMPLES, SHARED
-from conftest import Runner, command, environment
+from conftest import Runner, command, environment, ran, started
 from fleet_works import Here
 from processes import peak_kib, wait_until_idle
 from test_cli_terminal import on_terminal
@@ -50,9 +50,7 @@ def test_the_report_is_the_golden_one(tmp_path: Path, lang: str, form: str, suff
     """Read it before it is kept: `canalyze check FILES -o samples/check/report.LANG.txt --force` in samples/rules."""
     names = ["SDO001.log", "SDO001.clean.log", "SDO012.log", "HBT002.log", "PDO002.log", "CAP001.log", "NMT002.log"]
     arguments = ["check", "--lang", lang, "--format", form, "--ignore", "CAP", *names]
-    done = subprocess.run(
-        command(*arguments), cwd=RULES, env=environment(), capture_output=True, check=False, timeout=60
-    )
+    done = ran(RULES, *arguments, timeout=60)
     assert done.returncode == 1
     assert done.stdout.decode() == (GOLDEN / f"report.{lang}.{suffix}").read_text(encoding="utf-8")
     assert lang == "zh" or not CHINESE.search(done.stdout.decode())
@@ -71,12 +69,7 @@ def test_colours_are_for_terminals(set_of_captures: Path, tmp_path: Path) -> Non
     for name, value in (("NO_COLOR", "1"), ("TERM", "dumb")):
         code, shown = on_terminal(tmp_path, "check", "captures/toggle.log", only_err=False, **{name: value})
         assert code == 1 and b"\x1b" not in shown
-    assert (
-        b"\x1b"
-        not in subprocess.run(
-            command("check", "captures/toggle.log"), cwd=tmp_path, env=environment(), capture_output=True, check=False
-        ).stdout
-    )
+    assert b"\x1b" not in ran(tmp_path, "check", "captures/toggle.log").stdout
 
 
 # Many captures.
@@ -147,13 +140,7 @@ def test_the_end_can_be_wished(
     fifo = tmp_path / "live"
     os.mkfifo(fifo)
     to_file = ["-o", "out.txt"] if filed else []
-    process = subprocess.Popen(
-        command("check", "--lang", "en", *other, "live", "--junit", "j.xml", *to_file),
-        cwd=tmp_path,
-        env=environment(),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-    )
+    process = started(tmp_path, "check", "--lang", "en", *other, "live", "--junit", "j.xml", *to_file)
     with fifo.open("wb", buffering=0) as live:
         live.write((set_of_captures / "toggle.log").read_bytes())
         wait_until_idle(process.pid, unread=live.fileno())
@@ -167,13 +154,7 @@ def test_the_end_can_be_wished(
 
 
 def test_a_reader_that_leaves_does_not_pass_the_check(set_of_captures: Path, tmp_path: Path) -> None:
-    process = subprocess.Popen(
-        command("check", "captures/toggle.log", "--junit", "j.xml"),
-        cwd=tmp_path,
-        env=environment(),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-    )
+    process = started(tmp_path, "check", "captures/toggle.log", "--junit", "j.xml")
     assert process.stdout and process.stderr
     process.stdout.close()
     with process.stderr:

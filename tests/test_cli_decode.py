@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 from captures import EDS, SHARED, Row
-from conftest import NOTES, Runner, command, environment
+from conftest import NOTES, Runner, command, environment, ran, started
 
 
 def test_redirected_file_is_as_the_file(canalyze: Runner, notes: str, tmp_path: Path) -> None:
     with (tmp_path / notes).open("rb") as file:
-        done = subprocess.run(command("decode", "-"), stdin=file, capture_output=True, env=environment(), check=True)
+        done = ran(None, "decode", "-", stdin=file, check=True)
     assert done.stdout.decode() == canalyze("decode", notes).out
 
 
@@ -29,21 +29,12 @@ def test_a_pipe_answers_each_line_at_once(tmp_path: Path) -> None:
 
 
 def _live(directory: Path) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
-        command("decode", "-"),
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        cwd=directory,
-        env=environment(),
-    )
+    return started(directory, "decode", "-", stdin=subprocess.PIPE)
 
 
 def test_broken_pipe_ends_quietly(tmp_path: Path) -> None:
     (tmp_path / "long.log").write_text(NOTES * 5000)
-    process = subprocess.Popen(
-        command("decode", "long.log"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=tmp_path, env=environment()
-    )
+    process = started(tmp_path, "decode", "long.log")
     assert process.stdout and process.stderr
     assert process.stdout.readline().startswith(b"can1  60A")
     process.stdout.close()

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from captures import SAMPLES, run_canalyze
-from conftest import Runner, command, environment
+from conftest import Runner, ran, started
 from network_sessions import SESSIONS
 from processes import wait_until_idle
 from test_diagnosis import frames_of, lost
@@ -34,16 +34,12 @@ def lost_log(tmp_path: Path) -> None:
 def test_from_a_file_as_standard_input(tmp_path: Path) -> None:
     for args in ([], ["-n", "1"]):
         with (tmp_path / "lost.log").open("rb") as stdin:
-            done = subprocess.run(
-                command(*args, "--lang", "en"), stdin=stdin, env=environment(), capture_output=True, check=False
-            )
+            done = ran(None, *args, "--lang", "en", stdin=stdin)
         assert (done.returncode, done.stderr) == (0, b"") and b"node 5" in done.stdout
 
 
 def test_a_signal_ends_the_reading_of_a_pipe_not_the_report(tmp_path: Path) -> None:
-    with subprocess.Popen(
-        command("-n", "1", "--lang", "en"), stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment()
-    ) as process:
+    with started(None, "-n", "1", "--lang", "en", stdin=subprocess.PIPE, stderr=None) as process:
         assert process.stdin is not None and process.stdout is not None
         process.stdin.write(lost(20))
         process.stdin.flush()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from captures import EDS
-from conftest import Runner, command, environment
+from conftest import Runner, environment, ran
 from test_cli_terminal import on_terminal
 
 from canalyze.cli import COMMANDS
@@ -37,9 +37,7 @@ def test_help_lists_every_command(canalyze: Runner) -> None:
 
 
 def test_no_command_is_wrong_usage(tmp_path: Path) -> None:
-    done = subprocess.run(
-        command(), stdin=subprocess.DEVNULL, cwd=tmp_path, env=environment(), capture_output=True, check=False
-    )
+    done = ran(tmp_path, stdin=subprocess.DEVNULL)
     assert (done.returncode, done.stdout) == (2, b"")
     assert done.stderr.decode().startswith("用法：canalyze ")
     code, shown = on_terminal(tmp_path)

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from conftest import NOTES, command, environment
+from conftest import NOTES, environment, ran, started
 
 from canalyze import output
 from canalyze.output import Output
@@ -24,12 +24,12 @@ from canalyze.words import Words
 def on_terminal(directory: Path, *args: str, only_err: bool = False, **env: str) -> tuple[int, bytes]:
     """Run on a terminal of its own; give the exit code and what the terminal showed."""
     ours, theirs = pty.openpty()
-    process = subprocess.Popen(
-        command(*args),
+    process = started(
+        directory,
+        *args,
         stdin=theirs,
         stdout=subprocess.DEVNULL if only_err else theirs,
         stderr=theirs,
-        cwd=directory,
         env=environment(**({"LANG": "C.UTF-8"} | env)),
     )
     os.close(theirs)
@@ -120,9 +120,7 @@ def test_version_and_pipes_have_no_hint(tmp_path: Path) -> None:
     assert HINT.encode() not in shown
     _, shown = on_terminal(tmp_path, "deocde", only_err=True, LC_MESSAGES="en_US.UTF-8")
     assert shown and HINT.encode() not in shown
-    done = subprocess.run(
-        command("rules"), capture_output=True, check=True, cwd=tmp_path, env=environment(LC_MESSAGES="en_US.UTF-8")
-    )
+    done = ran(tmp_path, "rules", check=True, env=environment(LC_MESSAGES="en_US.UTF-8"))
     assert done.stdout and not done.stderr
 
 
@@ -132,21 +130,9 @@ def test_chosen_language_stands(tmp_path: Path) -> None:
 
 
 def test_pipe_is_utf8_whatever_the_locale(tmp_path: Path) -> None:
-    done = subprocess.run(
-        command("--help"),
-        capture_output=True,
-        env=environment(LC_ALL="C", PYTHONIOENCODING="latin-1"),
-        cwd=tmp_path,
-        check=True,
-    )
+    done = ran(tmp_path, "--help", env=environment(LC_ALL="C", PYTHONIOENCODING="latin-1"), check=True)
     assert done.stdout.decode("utf-8").startswith("用法：")
-    done = subprocess.run(
-        command("deocde"),
-        capture_output=True,
-        env=environment(LC_ALL="C", PYTHONIOENCODING="latin-1"),
-        cwd=tmp_path,
-        check=False,
-    )
+    done = ran(tmp_path, "deocde", env=environment(LC_ALL="C", PYTHONIOENCODING="latin-1"))
     assert "没有命令" in done.stderr.decode("utf-8")
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 from captures import SAMPLES
-from conftest import command, environment
+from conftest import command, environment, ran, started
 
 import canalyze
 from canalyze import agents
@@ -250,10 +250,13 @@ def test_nothing_but_the_protocol_comes_to_standard_output(folder: Path) -> None
             )
         ),
     ]
-    with subprocess.Popen(
-        command("mcp", "--lang", "en", str(folder)),
+    with started(
+        None,
+        "mcp",
+        "--lang",
+        "en",
+        str(folder),
         stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         env=environment(PYTHONPATH=str(ROOT)),
     ) as server:
@@ -270,12 +273,8 @@ def test_nothing_but_the_protocol_comes_to_standard_output(folder: Path) -> None
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_a_signal_ends_it_quietly(folder: Path, number: int, code: int) -> None:
-    with subprocess.Popen(
-        command("mcp", "--lang", "en", str(folder)),
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        env=environment(PYTHONPATH=str(ROOT)),
+    with started(
+        None, "mcp", "--lang", "en", str(folder), stdin=subprocess.PIPE, env=environment(PYTHONPATH=str(ROOT))
     ) as server:
         assert server.stdin is not None and server.stdout is not None and server.stderr is not None
         hello = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "t", "version": "0"}}
@@ -289,9 +288,7 @@ def test_a_signal_ends_it_quietly(folder: Path, number: int, code: int) -> None:
 
 def test_a_folder_that_is_none_is_one_line(folder: Path) -> None:
     for name in ("missing", "problems.log"):
-        done = subprocess.run(
-            command("mcp", "--lang", "en", name), cwd=folder, capture_output=True, env=environment(), check=False
-        )
+        done = ran(folder, "mcp", "--lang", "en", name)
         assert (done.returncode, done.stdout) == (2, b"")
         assert done.stderr.decode() == f"canalyze: {name}: no such folder\n"
 

@@ -21,7 +21,7 @@ from typing import Any
 
 import can
 import pytest
-from conftest import Runner, command
+from conftest import Runner, command, started
 
 from canalyze._core import FORMATS, Session
 from canalyze.errors import OutputError, SourceError
@@ -624,16 +624,13 @@ def test_a_pipe_is_answered_when_lines_come() -> None:
 @pytest.mark.filterwarnings("ignore")
 def test_nothing_is_left_behind_after_ctrl_c(tmp_path: Path) -> None:
     import signal
-    import subprocess
 
     need("mf4")
     messages = [can.Message(timestamp=1.5, arbitration_id=0x701, is_extended_id=False, data=b"\x05")] * 60_000
     path = written("mf4", tmp_path / "long.mf4", messages)
     scratch = tmp_path / "scratch"
     scratch.mkdir()
-    with subprocess.Popen(
-        command("decode", str(path)), stdout=subprocess.PIPE, env=os.environ | {"TMPDIR": str(scratch)}
-    ) as process:
+    with started(None, "decode", str(path), env=os.environ | {"TMPDIR": str(scratch)}, stderr=None) as process:
         assert process.stdout
         process.stdout.readline()
         assert list(scratch.iterdir()) != []

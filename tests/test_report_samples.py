@@ -6,13 +6,12 @@ JUnit XML, SARIF and the JSON lines are written in one run from one verdict; wha
 from __future__ import annotations
 
 import json
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 from captures import SAMPLES
-from conftest import command, environment
+from conftest import ran
 from junitparser import Failure
 from junitparser.xunit2 import JUnitXml
 from report_schemas import junit_faults, sarif_faults
@@ -33,14 +32,7 @@ def check(folder: Path, lang: str, form: str) -> list[str]:
     names = [*CAPTURES, str(folder / "gone.log"), str(folder / "empty.log")]
     reports = ["--junit", str(folder / "junit.xml"), "--sarif", str(folder / "sarif.json")]
     reports += ["--code-quality", str(folder / "quality.json"), "--markdown", str(folder / "summary.md")]
-    done = subprocess.run(
-        command("check", "--lang", lang, "--format", form, "--force", *reports, *names),
-        cwd=SAMPLES,
-        env=environment(),
-        capture_output=True,
-        check=False,
-        timeout=120,
-    )
+    done = ran(SAMPLES, "check", "--lang", lang, "--format", form, "--force", *reports, *names, timeout=120)
     assert done.returncode == 2, done.stderr
     return done.stdout.decode().splitlines()
 

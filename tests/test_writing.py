@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 from captures import TESTS
-from conftest import NOTES, Runner, command, environment
+from conftest import NOTES, Runner, command, environment, started
 from processes import wait_until_idle
 
 from canalyze.output import FileOutput
@@ -202,13 +202,8 @@ def interrupted(directory: Path, arguments: list[str], number: signal.Signals) -
     """Ends a command that waits for the rest of a file; gives its code and what it said."""
     fifo = directory / "waits"
     os.mkfifo(fifo)
-    process = subprocess.Popen(
-        command("--lang", "en", *arguments),
-        cwd=directory,
-        env=environment(),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    process = started(
+        directory, "--lang", "en", *arguments, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)
     )
     with fifo.open("wb", buffering=0) as writing:
         writing.write(NOTES.encode())
