@@ -1,4 +1,4 @@
-"""Findings at their files and lines, as hosts of code show them: GitHub and GitLab. Must not: judge.
+"""Findings as hosts of code show them: annotations of GitHub, GitLab's code quality, and JUnit XML. Must not: judge.
 
 GitHub Actions: workflow commands, which the runner reads from a step's output. What cannot be read comes first, then
 what fails the check, then what is below the threshold, then a notice for each capture that was not judged at all; what
@@ -11,6 +11,12 @@ GitLab's report of code quality: an array of entries, each a kind of finding or 
 fingerprint stays when a capture is recorded again. What a baseline allows is left out, as GitLab compares the reports
 of two branches itself. A place is a path from the root of the project, and a line; GitLab wants one, and gets the first
 of formats without lines.
+
+JUnit XML: what Jenkins, GitLab and the test reporters of GitHub show. A suite is a capture. A test case is a kind of
+finding (rule, bus, node, object, expectation): it fails, and bears a name that is the same in the next run; one that
+the baseline allows is skipped. What it explains is said in its text. A capture without a failure is one test case that
+passes, or is skipped where nothing shows it to be CANopen; one that cannot be read is an error beside what was found
+until then. There is no stamp of now: but for the time it took, the same captures give the same file.
 """
 
 import hashlib
@@ -19,6 +25,7 @@ import os
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
@@ -78,7 +85,7 @@ def _annotations(verdicts: Sequence[Verdict], words: Words) -> Iterator[tuple[Se
 
 def _finding(file: str, one: Counted, words: Words) -> tuple[Severity, str, str]:
     finding, title = one.finding, wording.title(one.finding)
-    explained = [wording.consequences(one.consequences, words)] if one.consequences else []
+    explained = _explained(one, words)
     properties = _file(file)
     if properties and finding.about_line is not None:
         properties["line"] = str(finding.about_line)
@@ -87,6 +94,11 @@ def _finding(file: str, one: Counted, words: Words) -> tuple[Severity, str, str]
     said = "; ".join([wording.sentence(one, words), *explained])
     place = wording.place(file, finding.about_line)
     return finding.severity, command, f"{words.of('severity', finding.severity)} {title} {place}: {said}"
+
+
+def _explained(one: Counted, words: Words) -> list[str]:
+    """Returns a sentence about the consequences, if there are any."""
+    return [wording.consequences(one.consequences, words)] if one.consequences else []
 
 
 def _stated(verdict: Verdict, one: Problem, words: Words) -> tuple[Severity, str, str]:
@@ -176,10 +188,8 @@ def _path(file: str, root: str | None) -> str:
     """Returns the path of a capture in the project, or as it was given where it is not in it."""
     shown = file
     if root is not None and file not in ("-", ""):
-        try:
+        with suppress(ValueError, OSError):  # another drive; no current folder
             shown = os.path.relpath(file, root)
-        except (ValueError, OSError):  # another drive; no current folder
-            shown = file
         if Path(shown).parts[:1] == (os.pardir,):
             shown = file
     return wording.capture_name(shown.replace(os.sep, "/")) or "-"
@@ -271,11 +281,8 @@ def _failing(one: Counted, verdict: Verdict, words: Words) -> ET.Element:
         wording.sentence(one, words),
         *wording.annotated(finding),
     ]
-    if also := wording.further(one, words):
-        lines.append(also)
-    if one.consequences:
-        lines.append(wording.consequences(one.consequences, words))
-    said.text = _block(lines)
+    also = wording.further(one, words)
+    said.text = _block([*lines, *([also] if also else []), *_explained(one, words)])
     return case
 
 
@@ -302,7 +309,7 @@ def _skipped(one: Counted, words: Words) -> ET.Element:
 def _line(one: Counted, words: Words) -> str:
     severity = words.of("severity", one.finding.severity)
     said = f"{severity} {wording.kind(one.finding, words)}: {wording.sentence(one, words)}"
-    return "; ".join([said, wording.consequences(one.consequences, words)]) if one.consequences else said
+    return "; ".join([said, *_explained(one, words)])
 
 
 def _block(lines: "Iterator[str] | Sequence[str]") -> str:
