@@ -14,7 +14,7 @@ never an error here; the core reports it in findings and complaints.
 
 import errno
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 
 from canalyze.words import Words
 
@@ -71,12 +71,19 @@ class CoreError(CanalyzeError):
 
 
 @contextmanager
-def as_error(kind: type[CanalyzeError], key: str, /, **facts: object) -> Iterator[None]:
-    """Raises an OSError of the block as an error of this kind, with itself as the reason among the facts."""
+def as_error(
+    kind: type[CanalyzeError], key: str, caught: type[Exception] = OSError, /, **facts: object
+) -> Iterator[None]:
+    """Raises an exception of the block as an error of this kind, with itself as the reason among the facts."""
     try:
         yield
-    except OSError as error:
+    except caught as error:
         raise kind(key, **facts, error=error) from error
+
+
+def needed(kind: type[CanalyzeError], name: str, extra: str) -> AbstractContextManager[None]:
+    """Raises an ImportError of the block as an error of this kind, which names the extra that has the library."""
+    return as_error(kind, "library.extra", ImportError, name=name, line=f"pip install 'canalyze[{extra}]'")
 
 
 def one_line(error: BaseException) -> str:

@@ -18,7 +18,7 @@ from pathlib import PurePath
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 
-from canalyze.errors import CanalyzeError, OutputError, one_line
+from canalyze.errors import CanalyzeError, OutputError, as_error, one_line
 from canalyze.output import FileOutput, Output, open_output
 from canalyze.sources.bridge import Record, Unpacker, library, nanoseconds
 from canalyze.sources.compressed import COMPRESSIONS
@@ -61,10 +61,8 @@ class Sink(FileOutput):
 
     def __init__(self, name: str, *, force: bool) -> None:
         """Creates the file `name`."""
-        try:
+        with as_error(OutputError, "bridge.mf4", ImportError, name=name, line="pip install 'canalyze[mf4]'"):
             can = library(mf4=self.writer == "MF4Writer")
-        except ImportError as error:
-            raise OutputError("bridge.mf4", name=name, line="pip install 'canalyze[mf4]'") from error
         super().__init__(name, force=force)
         self.losses: Counter[str] = Counter()
         """Number of losses by kind."""

@@ -14,7 +14,6 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-import click
 from msgspec import Struct, field
 from msgspec.structs import astuple, replace
 
@@ -27,7 +26,7 @@ from canalyze.configuration import network
 from canalyze.configuration.options import (
     ANY_PATH,
     CaptureOptions,
-    CoreUsageError,
+    accepted,
     configured,
     known_of,
     option,
@@ -395,11 +394,9 @@ def job_of(given: Mapping[str, Any], held: Policy, words: Words, settings: Mappi
     reading = reading_of(given)
     reading["merge"] = False
     job = Job(words.lang, reading, configured().known, settings, expect, not none, held.incidents is not None)
-    try:
+    with accepted():
         job.know(words)
         job.open(STDIN)
-    except ValueError as error:
-        raise CoreUsageError(str(error), click.get_current_context()) from error
     return job
 
 

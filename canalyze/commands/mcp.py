@@ -10,17 +10,15 @@ from typing import Any
 
 from canalyze import __version__
 from canalyze.configuration.options import ANY_PATH, argument
-from canalyze.errors import CanalyzeError
+from canalyze.errors import CanalyzeError, as_error
 from canalyze.output.help import simple_command
 from canalyze.words import Words
 
 
 def run(words: Words, *, folder: str) -> int:
     """Serves a folder."""
-    try:
+    with as_error(CanalyzeError, "mcp.missing", ImportError):
         _serve(folder, words)
-    except ImportError as error:
-        raise CanalyzeError("mcp.missing") from error
     return 0
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from canalyze.configuration.options import ANY_PATH, READING, argument, option, typed, usage
-from canalyze.errors import CanalyzeError
+from canalyze.errors import CanalyzeError, as_error
 from canalyze.output import terminal_encoding
 from canalyze.running.listening import LISTENING, OwnOptions
 from canalyze.running.passes import Pass, pass_command
@@ -70,10 +70,8 @@ def _named_as_a_file(name: str) -> bool:
 
 def _refuse(words: Words) -> None:
     """Raises for what is missing on this machine, before anything is opened."""
-    try:
+    with as_error(CanalyzeError, "monitor.missing", ImportError):
         importlib.import_module("canalyze.monitor.app")
-    except ImportError as error:
-        raise CanalyzeError("monitor.missing") from error
     if terminal_encoding() is None:
         raise usage(words, "monitor.no_terminal")
     if os.environ.get("TERM", "") in ("dumb", "unknown"):

@@ -6,7 +6,8 @@ file.
 """
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypedDict, cast
 
@@ -347,6 +348,15 @@ class CoreUsageError(click.UsageError):
     """A setting that the core cannot accept, in its own words."""
 
 
+@contextmanager
+def accepted() -> Iterator[None]:
+    """Raises a ValueError of the core as a usage error."""
+    try:
+        yield
+    except ValueError as error:
+        raise CoreUsageError(str(error), click.get_current_context()) from error
+
+
 def open_session(
     words: Words, given: CaptureOptions, *, read: dict[str, Any] | None = None, **settings: Any
 ) -> "Session":
@@ -356,11 +366,9 @@ def open_session(
     """
     from canalyze.configuration.network import network as known
 
-    try:
+    with accepted():
         told = known(configured().known, known_of(given), words, read=read)
         return start_session(words, given, network=told, **settings)
-    except ValueError as error:
-        raise CoreUsageError(str(error), click.get_current_context()) from error
 
 
 def start_session(words: Words, given: CaptureOptions, **settings: Any) -> "Session":

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from canalyze import _core
 from canalyze.dictionary import BY_WIDTH, CODES, UNSIGNED8, UNSIGNED32, Address
-from canalyze.errors import CanalyzeError, OutputError, SourceError
+from canalyze.errors import CanalyzeError, OutputError, SourceError, needed
 from canalyze.records import records
 from canalyze.records.objects import Head, MappedObject, MappedPdo, Object
 from canalyze.words import Words
@@ -63,10 +63,8 @@ def database(result: bytes, described: Described) -> Made:
 
     Raises CanalyzeError if cantools is not installed, and OutputError if there is nothing to write.
     """
-    try:
+    with needed(CanalyzeError, "cantools", "dbc"):
         from cantools.database.can import Database, Node
-    except ImportError as error:
-        raise CanalyzeError("library.extra", name="cantools", line="pip install 'canalyze[dbc]'") from error
     pdos = list(records(result, MappedPdo))
     further = sum(one.further for one in pdos)
     said: list[Said] = [("dbc.further", {"count": further})] if further else []

@@ -10,7 +10,7 @@ capture, or know the meaning of a frame.
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from canalyze.errors import CanalyzeError
+from canalyze.errors import CanalyzeError, needed
 
 TABLES: Final = {
     "frames": "frames",
@@ -58,7 +58,5 @@ def form_of(name: str) -> str | None:
 
 def require() -> None:
     """Checks that pyarrow is installed. Raises CanalyzeError with the name of the extra otherwise."""
-    try:
+    with needed(CanalyzeError, "pyarrow", "parquet"):
         import pyarrow.parquet  # noqa: F401
-    except ImportError as error:
-        raise CanalyzeError("library.extra", name="pyarrow", line="pip install 'canalyze[parquet]'") from error

@@ -83,20 +83,16 @@ class _Folder:
         self._path = path
 
     def names(self, folder: str) -> list[str]:
-        try:
-            return [one.name for one in (self._path / folder).iterdir()]
-        except FileNotFoundError:
-            return []
-        except OSError as error:
-            raise SourceError("source.open", name=self._path / folder, error=error) from error
+        path = self._path / folder
+        with as_error(SourceError, "source.open", name=path), suppress(FileNotFoundError):
+            return [one.name for one in path.iterdir()]
+        return []
 
     def get(self, name: str) -> bytes | None:
-        try:
-            return (self._path / name).read_bytes()
-        except FileNotFoundError:
-            return None
-        except OSError as error:
-            raise SourceError("source.open", name=self._path / name, error=error) from error
+        path = self._path / name
+        with as_error(SourceError, "source.open", name=path), suppress(FileNotFoundError):
+            return path.read_bytes()
+        return None
 
     def put(self, name: str, data: bytes) -> None:
         path = self._path / name
@@ -180,10 +176,8 @@ class _Bucket:
 @cache
 def opened(url: str) -> "ObjectStore":
     """Returns the store of a URL whose whole path is a prefix of its objects. Raises ConfigError without obstore."""
-    try:
+    with as_error(ConfigError, "fleet.needs", ImportError, name="obstore", extra="fleet"):
         from obstore.store import from_url
-    except ImportError as error:
-        raise ConfigError("fleet.needs", error=error, name="obstore", extra="fleet") from error
     plain: dict[str, Any] = {"client_options": {"allow_http": True}} if url.startswith("http:") else {}
     with reported(url, SourceError):
         return from_url(url, retry_config=_RETRIES, **plain)

@@ -13,7 +13,7 @@ from functools import cache
 from html import escape
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from canalyze.errors import CanalyzeError
+from canalyze.errors import CanalyzeError, needed
 
 if TYPE_CHECKING:
     import pandas
@@ -248,9 +248,6 @@ def _cell(value: object) -> str:
 
 
 def needs(module: str, extra: str = "") -> Any:
-    """Import a library that only an extra brings; CanalyzeError that names the extra where it is not there."""
-    try:
+    """Imports a library that only an extra brings; CanalyzeError that names the extra where it is not there."""
+    with needed(CanalyzeError, module, extra or module):
         return importlib.import_module(module)
-    except ImportError as error:
-        line = f"pip install 'canalyze[{extra or module}]'"
-        raise CanalyzeError("library.extra", name=module, line=line) from error

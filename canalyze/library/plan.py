@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from canalyze.configuration import network
-from canalyze.errors import SourceError
+from canalyze.errors import SourceError, needed
 from canalyze.library import Described, Descriptions, Known, Options
 from canalyze.library.rows import one_of
 from canalyze.running.reading import SessionOptions
@@ -291,10 +291,8 @@ def _is_mcap(one: object) -> bool:
 
 def _mcap_file(messages: Iterable[tuple[Any, ...]]) -> bytes:
     """Returns messages of MCAP's own reader as a file. Raises SourceError if the library is not installed."""
-    try:
+    with needed(SourceError, "mcap", "mcap"):
         from mcap.writer import Writer
-    except ImportError as error:
-        raise SourceError("library.extra", name="mcap", line="pip install 'canalyze[mcap]'") from error
     file = BytesIO()
     writer = Writer(file)
     writer.start()

@@ -11,9 +11,7 @@ from contextlib import closing
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
-import click
-
-from canalyze.configuration.options import CoreUsageError, open_session, start_session
+from canalyze.configuration.options import accepted, open_session, start_session
 from canalyze.errors import CanalyzeError, SourceError
 from canalyze.output import complain
 from canalyze.records import decoder
@@ -223,10 +221,8 @@ def replay(names: tuple[str, ...], words: Words, given: ListeningOptions, stamps
     """Shows captures as if they came now; returns the exit code."""
     session = open_session(words, given, format="monitor")
     _check(session, how.expression)
-    try:
+    with accepted():
         frames = start_session(words, given, format="convert", to=RECORDS, stamps=stamps)
-    except ValueError as error:
-        raise CoreUsageError(str(error), click.get_current_context()) from error
     form = given.get("input_format")
 
     def open_source(watch: Watch) -> Replay:
@@ -266,7 +262,5 @@ def _show(watch: Watch, words: Words, how: Shown) -> int:
 
 def _check(session: "Session", expression: str | None) -> None:
     """Raises a usage error for a first filter that cannot be read."""
-    try:
+    with accepted():
         session.trace(expression or "", "", None, 1, True)
-    except ValueError as error:
-        raise CoreUsageError(str(error), click.get_current_context()) from error

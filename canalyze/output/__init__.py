@@ -14,7 +14,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
-from canalyze.errors import BrokenOff, OutputError, ReaderGone
+from canalyze.errors import BrokenOff, OutputError, ReaderGone, as_error
 from canalyze.output.files import AS_IT_IS, Part, write_all
 from canalyze.words import Words
 
@@ -237,7 +237,7 @@ class FileOutput(Output):
         self._part: Part | None = None
         # A link given by the user is followed; a dangling one exists, too.
         path = Path(os.path.realpath(name))
-        try:
+        with as_error(OutputError, "output.write", name=name):
             if _is_device(path):
                 self._path, self._fd = path, os.open(path, os.O_WRONLY | AS_IT_IS)
                 return
@@ -245,8 +245,6 @@ class FileOutput(Output):
                 raise OutputError("output.exists", name=name)
             self._part = Part(path, replace=force)
             self._path, self._fd = self._part.path, self._part.fd
-        except OSError as error:
-            raise OutputError("output.write", name=name, error=error) from error
 
     @property
     def path(self) -> str:

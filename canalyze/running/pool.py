@@ -20,7 +20,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, Protocol
 
 from canalyze import __version__
-from canalyze.errors import CanalyzeError, ConfigError
+from canalyze.errors import CanalyzeError, ConfigError, as_error
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
@@ -320,11 +320,9 @@ class DaskCluster:
         """Connects to a cluster. address: that of the scheduler; None: `width` local processes."""
         import logging
 
-        try:
+        with as_error(ConfigError, "fleet.needs", ImportError, name="Dask", extra="dask"):
             import dask
             from distributed import Client, LocalCluster, as_completed
-        except ImportError as error:
-            raise ConfigError("fleet.needs", error=error, name="Dask", extra="dask") from error
         dask.config.set({"distributed.scheduler.allowed-failures": _LOST})
         self._cluster: Any = None
         if address is None:
@@ -382,10 +380,8 @@ class RayCluster:
         """Connects to a cluster. address: that of the cluster; None: `width` local processes."""
         import logging
 
-        try:
+        with as_error(ConfigError, "fleet.needs", ImportError, name="Ray", extra="ray"):
             import ray
-        except ImportError as error:
-            raise ConfigError("fleet.needs", error=error, name="Ray", extra="ray") from error
         self._ray = ray
         own: dict[str, Any] = {"num_cpus": width, "include_dashboard": False} if address is None else {}
         try:

@@ -33,7 +33,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from canalyze.errors import CanalyzeError, SourceError, one_line
+from canalyze.errors import CanalyzeError, SourceError, as_error, one_line
 from canalyze.sources.bridge import (
     CUT,
     CUT_LINE,
@@ -341,10 +341,8 @@ class Bridged:
     def _sqlite(self) -> Generator[bytes, None, None]:
         yield dialect("reader", f"python-can {library().__version__}")
         with tempfile.TemporaryDirectory(prefix="canalyze-") as scratch:
-            try:
+            with as_error(SourceError, "source.read", name=self._name):
                 copy = Copy(self._path or self._spooled(scratch), Path(scratch))
-            except OSError as error:
-                raise SourceError("source.read", name=self._name, error=error) from error
             if copy.computes(_TABLE):
                 raise SourceError("bridge.computed", name=self._name, table=_TABLE)
             yield from _batched(self._rows(copy))
@@ -412,12 +410,9 @@ class Bridged:
     def _spooled(self, scratch: str) -> Path:
         """Returns a temporary file with the content, for a reader that opens by name."""
         path = Path(scratch, f"spool.{self._form}")
-        try:
-            with path.open("wb") as spool:
-                while data := self._below.read():
-                    spool.write(data)
-        except OSError as error:
-            raise SourceError("source.read", name=self._name, error=error) from error
+        with as_error(SourceError, "source.read", name=self._name), path.open("wb") as spool:
+            while data := self._below.read():
+                spool.write(data)
         return path
 
     def _remark(self, problem: str) -> None:
