@@ -136,12 +136,16 @@ def read(name: str) -> dict[Kind | ProblemKind, int]:
     known: dict[Kind | ProblemKind, int] = {}
     for section, form in _FORMS.items():
         for place, entry in enumerate(values.get(section, [])):
+            if not isinstance(entry, dict):
+                at = _at(name, content, section, place)
+                raise ConfigError("baseline.form", file=at, value=_shown(entry))
             wrong = _wrong(entry, form)
             if wrong:
-                at, shown = _at(name, content, section, place), _shown(entry, wrong)
+                at = _at(name, content, section, place)
                 key = "baseline.entry" if form is Kind else "baseline.problem"
-                raise ConfigError(key, file=at, key=short(wrong), value=shown)
-            kind = form(*(entry.get(key) for key in form._fields))
+                raise ConfigError(key, file=at, key=short(wrong), value=_shown(entry.get(wrong)))
+            fields: list[Any] = [entry.get(key) for key in form._fields]
+            kind = form(*fields)
             if kind in known:
                 at = _at(name, content, section, place)
                 raise ConfigError("baseline.twice", file=at, code=kind[0])
@@ -171,19 +175,16 @@ _FORMS: Final[Mapping[str, type[Kind | ProblemKind]]] = {
 """The lists of the file, and what their entries are; `incidents` is the former name of `problems`."""
 
 
-def _wrong(entry: Any, form: type[Kind | ProblemKind]) -> str:
+def _wrong(entry: Mapping[str, Any], form: type[Kind | ProblemKind]) -> str:
     """Returns the first invalid key of an entry, "" if it is valid."""
-    if not isinstance(entry, dict):
-        return "{}"
     keys = (*form._fields, "count")
     strange = next((key for key in entry if key not in keys), "")
     return strange or next((key for key in keys if not _ALLOWED[key](entry.get(key))), "")
 
 
-def _shown(entry: Any, key: str) -> str:
+def _shown(value: Any) -> str:
     from canalyze.output import json_text
 
-    value = entry.get(key) if isinstance(entry, dict) else entry
     return short(json_text(value))
 
 

@@ -189,7 +189,8 @@ class Report:
         if not frames:
             return said
         more = self._words("check.and_more") if one.count > len(one.shown) else ""
-        return said + self._words("check.also", frames=self._words("check.between").join(frames) + more)
+        key = "check.also_one" if len(frames) == 1 and not more else "check.also"
+        return said + self._words(key, frames=self._words("check.between").join(frames) + more)
 
     def totals(self, verdicts: Sequence[Verdict], many: int = _MANY) -> Iterator[str]:
         """Returns the closing lines: why findings were overruled, what fails many captures, all figures."""

@@ -128,7 +128,9 @@ def further(counted: "Counted", words: Words) -> str | None:
         return None
     listed = words("reports.list").join(str(frame) for frame in frames[:_ALSO])
     whole = counted.count <= len(counted.shown) and len(frames) <= _ALSO
-    return words("reports.also" if whole else "reports.also_more", frames=listed)
+    if not whole:
+        return words("reports.also_more", frames=listed)
+    return words("reports.also_one" if len(frames) == 1 else "reports.also", frames=listed)
 
 
 def sentence(counted: "Counted", words: Words, *, shown: str | None = None) -> str:
