@@ -4,6 +4,8 @@
 //! digits and the program's own words are appended here; strings from a capture go through `escape`.
 
 const DIGITS: &[u8; 16] = b"0123456789ABCDEF";
+/// The least number of nine decimal digits.
+const EIGHT: u64 = 100_000_000;
 
 /// Something that can be appended to an output line.
 pub trait Put {
@@ -161,25 +163,21 @@ pub(crate) use put;
 
 /// Texts that were appended before, each found by a number that decides it. The last one of each place is kept.
 #[derive(Debug, Default)]
-pub struct KnownTexts {
-    texts: Vec<KnownText>,
+pub struct KnownTexts<const MOST: usize = 54> {
+    texts: Vec<KnownText<MOST>>,
     /// Texts that were not kept, since memory for a few of them is not worth it.
     few: usize,
 }
 
-/// A text of up to [`KnownText::MOST`] bytes; none has a length of 0.
+/// A text of up to `MOST` bytes; none has a length of 0.
 #[derive(Clone, Copy, Debug)]
-struct KnownText {
+struct KnownText<const MOST: usize> {
     key: u64,
-    bytes: [u8; Self::MOST],
-    len: u8,
+    bytes: [u8; MOST],
+    len: u16,
 }
 
-impl KnownText {
-    const MOST: usize = 55;
-}
-
-impl KnownTexts {
+impl<const MOST: usize> KnownTexts<MOST> {
     /// Number of places: most captures have fewer CAN-IDs.
     const PLACES: usize = 256;
     /// Number of texts from which on they are kept.
@@ -197,6 +195,16 @@ impl KnownTexts {
         let Some(KnownText { bytes, len, .. }) = known else { return false };
         put_beginning(out, bytes, usize::from(*len));
         true
+    }
+
+    /// Appends the text of a number, which `write` appends where it is not known.
+    #[inline]
+    pub fn put_or(&mut self, out: &mut Vec<u8>, key: u64, write: impl FnOnce(&mut Vec<u8>)) {
+        if !self.put(out, key) {
+            let start = out.len();
+            write(out);
+            self.keep(key, out.get(start..).unwrap_or_default());
+        }
     }
 
     /// Forgets all texts.
@@ -218,13 +226,13 @@ impl KnownTexts {
             return;
         }
         if self.texts.is_empty() {
-            self.texts.resize(Self::PLACES, KnownText { key: 0, bytes: [0; KnownText::MOST], len: 0 });
+            self.texts.resize(Self::PLACES, KnownText { key: 0, bytes: [0; MOST], len: 0 });
         }
         if let Some(known) = self.texts.get_mut(Self::place(key))
             && let Some(bytes) = known.bytes.get_mut(..text.len())
         {
             bytes.copy_from_slice(text);
-            (known.key, known.len) = (key, text.len() as u8);
+            (known.key, known.len) = (key, text.len() as u16);
         }
     }
 }
@@ -267,38 +275,35 @@ pub fn binary(out: &mut Vec<u8>, value: u64, digits: usize) {
     }
 }
 
-/// Appends a decimal number.
+/// Appends a decimal number. Eight digits are computed at once: dividing by a power found at run time costs several
+/// times as much, and numbers are half of the output.
 pub fn decimal(out: &mut Vec<u8>, value: u64) {
     if value < 10 {
         return out.push(b'0' + value as u8);
     }
-    filled(out, value, 0, b'0');
-}
-
-/// Appends a decimal number that is filled to a width of at most 20. Eight digits are computed at once: dividing by a
-/// power found at run time costs several times as much, and numbers are half of the output.
-pub fn filled(out: &mut Vec<u8>, value: u64, width: usize, fill: u8) {
-    const EIGHT: u64 = 100_000_000;
-    if value < 100 && width <= 2 {
-        let (tens, ones) = (value as u8 / 10, value as u8 % 10);
-        return match (tens, width) {
-            (0, 0 | 1) => out.push(b'0' + ones),
-            (0, _) => out.extend_from_slice(&[fill, b'0' + ones]),
-            _ => out.extend_from_slice(&[b'0' + tens, b'0' + ones]),
-        };
-    }
     if value >= EIGHT {
-        filled(out, value / EIGHT, width.saturating_sub(8), fill);
-        return out.extend_from_slice(&eight_digits((value % EIGHT) as u32));
+        return long(out, value);
     }
     let digits = u64::from_le_bytes(eight_digits(value as u32));
     // The first digit is lowest, and digits are apart from zeros by their lower four bits.
     let zeros = ((digits & 0x0F0F_0F0F_0F0F_0F0F).trailing_zeros() / 8).min(7);
-    let count = 8 - zeros as usize;
-    for _ in count..width.min(20) {
+    put_beginning(out, &(digits >> (8 * zeros)).to_le_bytes(), 8 - zeros as usize);
+}
+
+/// The same of more than eight digits. Apart, since a function that calls itself saves registers at each call.
+#[inline(never)]
+fn long(out: &mut Vec<u8>, value: u64) {
+    decimal(out, value / EIGHT);
+    out.extend_from_slice(&eight_digits((value % EIGHT) as u32));
+}
+
+/// Appends a decimal number that is filled to a width of at most 20.
+pub fn filled(out: &mut Vec<u8>, value: u64, width: usize, fill: u8) {
+    let digits = 1 + value.checked_ilog10().unwrap_or(0) as usize;
+    for _ in digits..width.min(20) {
         out.push(fill);
     }
-    put_beginning(out, &(digits >> (8 * zeros)).to_le_bytes(), count);
+    decimal(out, value);
 }
 
 /// Appends a fraction of a second, given in ns, with its point and `count` digits (at most 9); nothing if that is 0.

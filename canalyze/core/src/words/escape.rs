@@ -60,8 +60,11 @@ fn is_bare(bytes: &[u8]) -> bool {
         (word | less(word, 0x20) | marks) & HIGH == 0
     };
     let (words, rest) = bytes.as_chunks::<8>();
-    let mut last = [b' '; 8];
-    last.iter_mut().zip(rest).for_each(|(slot, byte)| *slot = *byte);
+    let last = bytes.last_chunk::<8>().copied().unwrap_or_else(|| {
+        let mut last = [b' '; 8];
+        last.iter_mut().zip(rest).for_each(|(slot, byte)| *slot = *byte);
+        last
+    });
     words.iter().all(|word| bare(*word)) && bare(last)
 }
 

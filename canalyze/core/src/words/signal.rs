@@ -15,7 +15,7 @@ use std::io::Write;
 
 use crate::sdo::wire::Mux;
 use crate::wire::pdo::mapping::{Mapped, Mapping, Number, Written, number};
-use crate::words::digits::{Hex, hex, put};
+use crate::words::digits::{Hex, fraction, hex, put};
 use crate::words::{Lang, escape, say, terms, value as bytes};
 use crate::world::drive::{self, DriveObject, DriveState};
 use crate::world::od::{self, DataType};
@@ -299,29 +299,19 @@ fn octets(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
     bytes::value(out, lang, mapped.data_type, whole, whole.len() as u64);
 }
 
-/// Appends a whole number times a power of ten below 1, digit by digit, since such factors are common. `-7534` with one
-/// digit is `-753.4`.
+/// Appends a whole number times a power of ten below 1 with 1 to 9 digits, digit by digit, since such factors are common.
+/// `-7534` with one digit is `-753.4`.
 pub(crate) fn fixed(out: &mut Vec<u8>, negative: bool, magnitude: u64, digits: u8) {
     if negative {
         out.push(b'-');
     }
     let one = 10u64.pow(u32::from(digits));
     put!(out; magnitude / one);
-    let mut fraction = magnitude % one;
-    if fraction == 0 {
-        return;
-    }
-    let mut shown = usize::from(digits);
-    while fraction.is_multiple_of(10) {
-        fraction /= 10;
-        shown -= 1;
-    }
-    out.push(b'.');
-    let start = out.len();
-    out.resize(start + shown, b'0');
-    for slot in out.iter_mut().skip(start).rev() {
-        *slot = b'0' + (fraction % 10) as u8;
-        fraction /= 10;
+    // As if it were a fraction of a second.
+    let ns = magnitude % one * (1_000_000_000 / one);
+    if ns > 0 {
+        fraction(out, ns as u32, digits);
+        while out.pop_if(|digit| *digit == b'0').is_some() {}
     }
 }
 

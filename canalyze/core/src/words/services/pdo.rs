@@ -21,13 +21,7 @@ thread_local! {
 /// Appends the phrase of a PDO, and at other depths than brief its signals. No line end.
 pub fn process_data(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessData, frame: &Frame) {
     let key = beginning_key(lang, depth, data, frame.len);
-    BEGINNINGS.with_borrow_mut(|known| {
-        if !known.put(out, key) {
-            let start = out.len();
-            beginning(out, lang, depth, data, frame.len);
-            known.keep(key, out.get(start..).unwrap_or_default());
-        }
-    });
+    BEGINNINGS.with_borrow_mut(|known| known.put_or(out, key, |out| beginning(out, lang, depth, data, frame.len)));
     if depth == Depth::Brief {
         return;
     }
@@ -67,8 +61,9 @@ fn beginning(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessData, le
     }
 }
 
-/// Returns all that decides that part.
-fn beginning_key(lang: Lang, depth: Depth, data: &ProcessData, len: u8) -> u64 {
+/// Returns all that decides that part; the phrase of a PDO without a mapping and its SYNC has no other. The highest 24
+/// bits are 0.
+pub fn beginning_key(lang: Lang, depth: Depth, data: &ProcessData, len: u8) -> u64 {
     let why = match data.content {
         Signals::Mapped(..) | Signals::ByConsumer(..) => 0,
         Signals::None(why) => 1 + why as u64,
