@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// Most lines of the core. The words of the diagnosis, and the reader of descriptions, which Python was before, are in it since
 /// a page has no Python. So are texts that are kept from one line to the next, and frames that show nothing but their gap.
-const WHOLE: usize = 68_300;
+const WHOLE: usize = 68_450;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -35,7 +35,8 @@ const BUDGETS: &[(&str, usize)] = &[
     // Without what a kind of problem is: that is in the table of kinds. With ends that a frame shows, new floods, and
     // the nodes of the first screen.
     ("problems", 6_460),
-    ("tables", 6_140),
+    // With JSON objects and rows of CSV in parts, since most of them is as in an earlier line.
+    ("tables", 6_230),
     // The transfers of CANopen FD.
     ("usdo", 1_030),
     // With kinds of findings that are counted without a search, since a fault may be in every frame, and lines that differ

@@ -83,7 +83,7 @@ pub(super) fn feed(
         let done = blocks.is_some();
         understand(blocks.into_iter().flatten(), stream, counts, &mut Vec::new());
         // The last calls are handed over, and the writing ends.
-        stream.sinks.replace(Box::new(FrameRows));
+        stream.sinks.replace(Box::<FrameRows>::default());
         done
     });
     stream.sinks.replace(sink);

@@ -56,13 +56,13 @@ impl Sink for LineRows {
 }
 
 /// A JSON line for each frame, followed by those of its notes, findings and transfers.
-#[derive(Debug)]
-pub(super) struct FrameRows;
+#[derive(Debug, Default)]
+pub(super) struct FrameRows(jsonl::FrameObjects);
 
 impl Sink for FrameRows {
     fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
-            jsonl::frame(out, view.jsonl, passing.frame, events);
+            self.0.frame(out, view.jsonl, passing.frame, events);
         }
     }
 
@@ -75,7 +75,7 @@ impl Sink for FrameRows {
     }
 
     fn another(&self) -> Option<Box<dyn Sink>> {
-        Some(Box::new(Self))
+        Some(Box::new(Self::default()))
     }
 }
 

@@ -74,7 +74,7 @@ fn sink(output: Output, options: &Options) -> Option<(Wants, Box<dyn Sink>)> {
     };
     let csv = encoding == Encoding::Csv;
     Some(match rows {
-        Rows::Frames => (FRAMES | LATER, Box::new(FrameRows)),
+        Rows::Frames => (FRAMES | LATER, Box::<FrameRows>::default()),
         Rows::Lines => (FRAMES | LATER, Box::new(LineRows(lines()))),
         Rows::Transfers => (TRANSFERS, Box::new(TransferRows::new(encoding, lang))),
         Rows::Findings => (FRAMES | UNFILTERED | FOLDED, Box::new(FindingRows::new(filter.clone()))),

@@ -184,7 +184,8 @@ pub(super) fn list<T>(out: &mut Vec<u8>, items: impl IntoIterator<Item = T>, mut
 ///     raw: U64 in arrow = one.raw;                    `in json`, `in csv`: only there
 ///     holes: List in optional = one.holes();          in JSON, where there is some value
 ///     rest: Members in members = |out| ..;            members of the JSON object with their keys
-/// } csv [pulse, node]                                 in the order of CSV; of `[[..] [..]]` `csv_head` writes the first
+/// } csv [pulse, node]                                 in the order of CSV; of `[{first: ..} [..]]` `first` writes some
+///   parts { head [pulse, node] tail [width] }         a function for each part of the JSON object, in place of one for all
 /// ```
 ///
 /// `|cx (()), ..|`: the columns need no [`Cx`]. Without `arrow` there is no table; with `object` in place of `json` the JSON object has no `kind`.
@@ -192,10 +193,10 @@ macro_rules! table {
     (
         #[doc = $en:literal] #[doc = $zh:literal]
         $table:ident $(arrow $arrow:literal)? $(json $json:literal)? $(object $object:literal)?,
-        |$cx:ident $(($context:ty))?, $one:ident: $record:ty| $rows:tt $(csv $cells:tt)?
+        |$cx:ident $(($context:ty))?, $one:ident: $record:ty| $rows:tt $(csv $cells:tt)? $(parts $parts:tt)?
     ) => {
         $crate::tables::table::table! { @type ($($arrow)?) ($($context)?) $table $cx $one $record; $rows }
-        $crate::tables::table::table! { @json ($($json)?) ($($object)?) $table $cx $one $record; $rows }
+        $crate::tables::table::table! { @json ($($json)?) ($($object)?) ($($parts)?) $table $cx $one $record; $rows }
         $($crate::tables::table::table! { @csv $table $cx $one $record; $cells $rows })?
         $crate::tables::table::table! {
             @schema $table ($($arrow)?) [concat!($($arrow)?), concat!($($json)? $($object)?), $en, $zh] ($($cells)?) $rows
@@ -279,11 +280,38 @@ macro_rules! table {
     (@arrow ($($sink:ident)?) $then:tt else $otherwise:tt) => { $then };
     (@name $column:ident (arrow) $key:literal) => { $key };
     (@name $column:ident ($($sink:ident)?) $($key:literal)?) => { stringify!($column) };
-    (@json () () $($rest:tt)*) => {};
-    (@json ($kind:literal) () $($rest:tt)*) => {
+    (@json () () () $($rest:tt)*) => {};
+    (@json ($kind:literal) () ({$($part:ident $members:tt)*}) $table:ident $cx:ident $one:ident $record:ty; $rows:tt) => {
+        impl $table {
+            /// The beginning of its JSON object.
+            pub(in crate::tables) const HEAD: &str = concat!("{\"kind\":\"", $kind, "\"");
+        }
+        $($crate::tables::table::table! { @part $part $members $table $cx $one $record; $rows })*
+    };
+    (@part $part:ident [$($member:ident),*] $table:ident $cx:ident $one:ident $record:ty; {$(
+        $(#[doc = $doc:literal])* $column:ident $(as $key:literal)?: $kind:ident $(or $null:ident)? $(in $sink:ident)?
+            = $value:expr;
+    )*}) => {
+        impl $table {
+            /// Appends a part of the record to its JSON object.
+            pub(in crate::tables) fn $part(
+                out: &mut Vec<u8>,
+                $cx: &$crate::tables::table::Cx<'_>,
+                $one: $record,
+            ) {
+                let _ = &$one;
+                macro_rules! member {
+                    $(($column) => { $crate::tables::table::table!(@member out $cx ($($sink)?) $kind
+                        ($crate::tables::table::table!(@key $column $($key)?)) $value) };)*
+                }
+                $(member!($member);)*
+            }
+        }
+    };
+    (@json ($kind:literal) () () $($rest:tt)*) => {
         $crate::tables::table::table! { @json concat!("{\"kind\":\"", $kind, "\""), $($rest)* }
     };
-    (@json () ($object:literal) $($rest:tt)*) => { $crate::tables::table::table! { @json "", $($rest)* } };
+    (@json () ($object:literal) () $($rest:tt)*) => { $crate::tables::table::table! { @json "", $($rest)* } };
     (@json $head:expr, $table:ident $cx:ident $one:ident $record:ty; {$(
         $(#[doc = $doc:literal])* $column:ident $(as $key:literal)?: $kind:ident $(or $null:ident)? $(in $sink:ident)?
             = $value:expr;

@@ -227,7 +227,7 @@ pub fn left_out(out: &mut Vec<u8>, count: Option<u64>) {
 
 /// Returns all that decides the columns from the bus to the length, but for the layout. A bus has one name in a
 /// capture, or none where it is not shown.
-fn key(name: &[u8], frame: &Frame) -> u64 {
+pub fn key(name: &[u8], frame: &Frame) -> u64 {
     let Frame { bus, id, kind, dir, len, length_form: form, .. } = *frame;
     let kind = match kind {
         Kind::Data => 0,

@@ -11,8 +11,8 @@ use crate::tables::table::{
     Any, Bytes, Cx, Given, Identifier, List, Members, Name, Stamped, Text, Truth, U8, U64, Word, list, table,
 };
 use crate::words::digits::put;
-use crate::words::{Depth, services as words};
-use crate::world::event::{Event, What};
+use crate::words::{Depth, Lang, services as words};
+use crate::world::event::{Event, Signals, What};
 
 /// A frame and what follows from it.
 #[derive(Clone, Copy)]
@@ -21,6 +21,16 @@ pub(in crate::tables) struct Framed<'a> {
     /// Its service, and the node that it is about.
     pub(in crate::tables) service: (&'static str, Option<u8>),
     pub(in crate::tables) events: &'a [Event],
+}
+
+impl Framed<'_> {
+    /// Returns all that decides the part of its meaning; `None` where the bytes of the frame do, too.
+    pub(in crate::tables) fn meaning_key(self, lang: Lang) -> Option<u64> {
+        let [Event { node, what: What::Pdo(data), .. }] = self.events else { return None };
+        let constant = matches!(data.content, Signals::None(_)) && data.sync.is_none() && *node == Some(data.node);
+        let state = data.state.map_or(0, |state| 0x100 | u64::from(state));
+        constant.then(|| words::pdo::beginning_key(lang, Depth::Default, data, self.frame.len) | state << 40)
+    }
 }
 
 table! {
@@ -73,6 +83,14 @@ table! {
         /// the fields of its service, under the service's name
         /// 以服务名为键，该服务的各字段
         fields: Members in members = |out: &mut Vec<u8>| fields(out, cx, one);
+    }
+    parts {
+        number [frame, line]
+        source [file]
+        moment [t]
+        form [bus, dir, id, extended, rtr, fd, err, len]
+        content [data]
+        meaning [service, node, text, findings, fields]
     }
 }
 
