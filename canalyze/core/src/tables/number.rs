@@ -26,17 +26,34 @@ pub(super) enum Shape {
     Missing,
 }
 
+/// An entry of a mapping and its bits in a payload.
+#[derive(Clone, Copy)]
+pub(super) struct EntryBits<'a> {
+    pub(super) mapping: &'a Mapping,
+    pub(super) mapped: &'a Mapped,
+    pub(super) payload: &'a [u8],
+    /// Its bits, as [`Mapping::raw`] has them.
+    pub(super) raw: Option<u64>,
+}
+
+impl<'a> EntryBits<'a> {
+    /// Reads an entry in a payload.
+    pub(super) fn new(mapping: &'a Mapping, mapped: &'a Mapped, payload: &'a [u8]) -> Self {
+        Self { mapping, mapped, payload, raw: mapping.raw(mapped, payload) }
+    }
+}
+
 /// Appends the unsigned number in the payload, or the bytes of an entry longer than 64 bits.
-pub(super) fn raw(out: &mut Vec<u8>, mapping: &Mapping, mapped: &Mapped, payload: &[u8]) -> Shape {
-    match mapping.raw(mapped, payload) {
+pub(super) fn raw(out: &mut Vec<u8>, entry: EntryBits<'_>) -> Shape {
+    match entry.raw {
         Some(raw) => whole(out, false, raw),
-        None => bytes(out, mapping, mapped, payload),
+        None => bytes(out, entry),
     }
 }
 
 /// Appends the value with sign, type and factor applied.
-pub(super) fn value(out: &mut Vec<u8>, mapping: &Mapping, mapped: &Mapped, payload: &[u8]) -> Shape {
-    let Some(raw) = mapping.raw(mapped, payload) else { return bytes(out, mapping, mapped, payload) };
+pub(super) fn value(out: &mut Vec<u8>, entry: EntryBits<'_>) -> Shape {
+    let EntryBits { mapped, raw: Some(raw), .. } = entry else { return bytes(out, entry) };
     let scaled = mapped.factor != 1.0;
     match number(mapped.data_type, raw, mapped.bits) {
         Number::Bool(on) => whole(out, false, u64::from(on)),
@@ -48,7 +65,7 @@ pub(super) fn value(out: &mut Vec<u8>, mapping: &Mapping, mapped: &Mapped, paylo
         Number::Real32(read) if !scaled => shortest(out, read.is_finite(), read),
         Number::Real32(read) => real(out, f64::from(read) * mapped.factor),
         Number::Real64(read) => real(out, read * mapped.factor),
-        Number::Bytes => bytes(out, mapping, mapped, payload),
+        Number::Bytes => bytes(out, entry),
     }
 }
 
@@ -102,8 +119,8 @@ fn shortest(out: &mut Vec<u8>, finite: bool, read: impl Display) -> Shape {
     Shape::Number
 }
 
-fn bytes(out: &mut Vec<u8>, mapping: &Mapping, mapped: &Mapped, payload: &[u8]) -> Shape {
-    match mapping.octets(mapped, payload) {
+fn bytes(out: &mut Vec<u8>, entry: EntryBits<'_>) -> Shape {
+    match entry.mapping.octets(entry.mapped, entry.payload) {
         Some(octets) => {
             put!(out; Joined(octets));
             Shape::Bytes

@@ -4,12 +4,14 @@
 //! write anything.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::mem::{Discriminant, discriminant};
+use std::sync::{Arc, OnceLock};
 
 use super::csv;
 use crate::bytes::select::Select;
 use crate::wire::pdo::mapping::Mapping;
 use crate::words::{Lang, signal};
+use crate::world::configuration::Provenance;
 
 /// PDOs whose selection is remembered at most, and mappings of each: every bus has its own, and so has every node that
 /// is configured anew.
@@ -25,6 +27,11 @@ pub(super) struct Whose {
 }
 
 impl Whose {
+    /// Returns a number that no other PDO has.
+    pub(super) fn key(self) -> u64 {
+        u64::from(self.node) | u64::from(self.number) << 8 | u64::from(self.transmit) << 24
+    }
+
     /// `TPDO1`.
     pub(super) fn pdo(self) -> String {
         format!("{}{}", if self.transmit { "TPDO" } else { "RPDO" }, self.number)
@@ -45,6 +52,8 @@ pub(super) struct Chosen {
     /// Its name and its unit as cells of CSV.
     pub(super) cell: Vec<u8>,
     pub(super) unit_cell: Vec<u8>,
+    /// The cells behind its value, which those who write them keep here.
+    pub(super) rest: OnceLock<Vec<u8>>,
 }
 
 /// The signals of the mappings seen so far.
@@ -52,13 +61,14 @@ pub(super) struct Chosen {
 pub(super) struct Selection {
     lang: Lang,
     select: Select,
-    /// The one used last first.
-    known: BTreeMap<Whose, Vec<Known>>,
+    /// By [`Whose::key`]; the one used last first.
+    known: BTreeMap<u64, Vec<Known>>,
 }
 
 #[derive(Debug)]
 struct Known {
     mapping: Arc<Mapping>,
+    from: Discriminant<Provenance>,
     chosen: Vec<Chosen>,
 }
 
@@ -73,43 +83,48 @@ impl Selection {
         self.select.is_everything()
     }
 
-    /// The signals of a mapping that are listed, in its order.
-    pub(super) fn of(&mut self, whose: Whose, mapping: &Arc<Mapping>) -> &[Chosen] {
-        let is_it = |one: &Known| Arc::ptr_eq(&one.mapping, mapping);
-        if self.known.get(&whose).is_none_or(|known| !known.iter().any(is_it)) {
-            let chosen = self.choose(whose, mapping);
-            if self.known.len() >= PDOS {
-                self.known.clear();
-            }
-            let known = self.known.entry(whose).or_default();
-            if known.len() >= MAPPINGS {
-                known.clear();
-            }
-            known.push(Known { mapping: Arc::clone(mapping), chosen });
+    /// The signals of a mapping that are listed, in its order; other ones where it is known in another way.
+    pub(super) fn of(&mut self, whose: Whose, mapping: &Arc<Mapping>, from: Provenance) -> &[Chosen] {
+        let from = discriminant(&from);
+        let is_it = |one: &Known| Arc::ptr_eq(&one.mapping, mapping) && one.from == from;
+        let key = whose.key();
+        if self.known.len() >= PDOS && !self.known.contains_key(&key) {
+            self.known.clear();
         }
-        let Some(known) = self.known.get_mut(&whose) else { return &[] };
-        if let Some(place) = known.iter().position(is_it) {
-            known.swap(0, place);
+        let known = self.known.entry(key).or_default();
+        match known.iter().position(is_it) {
+            Some(place) => known.swap(0, place),
+            None => {
+                if known.len() >= MAPPINGS {
+                    known.clear();
+                }
+                let chosen = choose(self.lang, &self.select, whose, mapping);
+                known.insert(0, Known { mapping: Arc::clone(mapping), from, chosen });
+            }
         }
         known.first().map_or(&[], |one| &one.chosen)
     }
 
     /// The same of a mapping that will not come again: that of a multiplex PDO.
     pub(super) fn choose(&self, whose: Whose, mapping: &Mapping) -> Vec<Chosen> {
-        let mut chosen = Vec::new();
-        for (place, mapped) in mapping.entries.iter().enumerate().filter(|(_, mapped)| !mapped.dummy) {
-            let names = || signal::names(whose.transmit, whose.number, whose.node, mapped);
-            if self.select.is_everything() || self.select.takes(names().iter().map(String::as_str)) {
-                let mut name = Vec::new();
-                signal::name(&mut name, self.lang, mapped);
-                let name = String::from_utf8_lossy(&name).into_owned();
-                let object = format!("{:04X}:{:02X}", mapped.index, mapped.sub);
-                let (mut cell, mut unit_cell) = (Vec::new(), Vec::new());
-                csv::cell(&mut cell, name.as_bytes());
-                csv::cell(&mut unit_cell, mapped.unit.as_deref().unwrap_or("").as_bytes());
-                chosen.push(Chosen { place, name, object, pdo: whose.pdo(), cell, unit_cell });
-            }
-        }
-        chosen
+        choose(self.lang, &self.select, whose, mapping)
     }
+}
+
+fn choose(lang: Lang, select: &Select, whose: Whose, mapping: &Mapping) -> Vec<Chosen> {
+    let mut chosen = Vec::new();
+    for (place, mapped) in mapping.entries.iter().enumerate().filter(|(_, mapped)| !mapped.dummy) {
+        let names = || signal::names(whose.transmit, whose.number, whose.node, mapped);
+        if select.is_everything() || select.takes(names().iter().map(String::as_str)) {
+            let mut name = Vec::new();
+            signal::name(&mut name, lang, mapped);
+            let name = String::from_utf8_lossy(&name).into_owned();
+            let object = format!("{:04X}:{:02X}", mapped.index, mapped.sub);
+            let (mut cell, mut unit_cell) = (Vec::new(), Vec::new());
+            csv::cell(&mut cell, name.as_bytes());
+            csv::cell(&mut unit_cell, mapped.unit.as_deref().unwrap_or("").as_bytes());
+            chosen.push(Chosen { place, name, object, pdo: whose.pdo(), cell, unit_cell, rest: OnceLock::new() });
+        }
+    }
+    chosen
 }

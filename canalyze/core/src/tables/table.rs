@@ -356,9 +356,9 @@ macro_rules! table {
         $crate::tables::table::table! { @cells HEADINGS $table [$($cell),*] $rows }
         $crate::tables::table::table! { @cells csv $table $cx $one $record; [$($cell),*] b'\n'; $rows }
     };
-    (@csv $table:ident $cx:ident $one:ident $record:ty; [[$($head:ident),*] [$($cell:ident),*]] $rows:tt) => {
-        $crate::tables::table::table! { @cells HEADINGS $table [$($head,)* $($cell),*] $rows }
-        $crate::tables::table::table! { @cells csv_head $table $cx $one $record; [$($head),*] b','; $rows }
+    (@csv $table:ident $cx:ident $one:ident $record:ty; [$({$part:ident: $($head:ident),*})* [$($cell:ident),*]] $rows:tt) => {
+        $crate::tables::table::table! { @cells HEADINGS $table [$($($head,)*)* $($cell),*] $rows }
+        $($crate::tables::table::table! { @cells $part $table $cx $one $record; [$($head),*] b','; $rows })*
         $crate::tables::table::table! { @cells csv $table $cx $one $record; [$($cell),*] b'\n'; $rows }
     };
     (@cells HEADINGS $table:ident [$($cell:ident),*] {$(

@@ -11,7 +11,7 @@ use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::Frame;
 use crate::bytes::select::Select;
 use crate::tables::csv;
-use crate::tables::number::{self, Shape, marked};
+use crate::tables::number::{self, marked};
 use crate::tables::selection::{Chosen, Selection, Whose};
 use crate::tables::setting::{NAMES, Setting};
 use crate::tables::table::{
@@ -19,6 +19,7 @@ use crate::tables::table::{
 };
 use crate::wire::pdo::mapping::{Mapped, Mapping, Number, number as read};
 use crate::words::Lang;
+use crate::words::digits::KnownTexts;
 use crate::words::signal::{self, product};
 use crate::world::configuration::Provenance;
 use crate::world::event::{Addressed, Event, Signals as Content, What};
@@ -44,14 +45,10 @@ pub(in crate::tables) struct Sample<'a> {
 }
 
 impl<'a> Sample<'a> {
-    /// Returns a signal without its numbers.
+    /// Returns a signal with the number in the payload.
     fn new(frame: &'a Frame, signal: ListedSignal<'a>) -> Self {
-        Self { frame, signal, raw: None, integer: None, value: None }
-    }
-
-    /// The same with the number in the payload.
-    fn read(self) -> Self {
-        Self { raw: self.signal.mapping.raw(self.signal.mapped, self.frame.payload()), ..self }
+        let raw = signal.mapping.raw(signal.mapped, frame.payload());
+        Self { frame, signal, raw, integer: None, value: None }
     }
 
     /// The bytes, where it has no value.
@@ -66,12 +63,9 @@ impl<'a> Sample<'a> {
         true
     }
 
-    fn shown(&self, out: &mut Vec<u8>) -> Shape {
-        number::value(out, self.signal.mapping, self.signal.mapped, self.frame.payload())
-    }
-
-    fn shown_raw(&self, out: &mut Vec<u8>) -> Shape {
-        number::raw(out, self.signal.mapping, self.signal.mapped, self.frame.payload())
+    fn entry(&self) -> number::EntryBits<'a> {
+        let ListedSignal { mapping, mapped, .. } = self.signal;
+        number::EntryBits { mapping, mapped, payload: self.frame.payload(), raw: self.raw }
     }
 }
 
@@ -96,17 +90,18 @@ table! {
         integer: I64 or null in arrow = one.integer;
         raw: U64 or null in arrow = one.raw;
         data: Bytes or null in arrow = one.octets();
-        value_shown as "value": Any or null in json = |out: &mut Vec<u8>| marked(out, |out| one.shown(out));
-        raw_shown as "raw": Any or null in json = |out: &mut Vec<u8>| marked(out, |out| one.shown_raw(out));
+        value_shown as "value": Any or null in json = |out: &mut Vec<u8>| marked(out, |out| number::value(out, one.entry()));
+        raw_shown as "raw": Any or null in json = |out: &mut Vec<u8>| marked(out, |out| number::raw(out, one.entry()));
         unit: Label or null = one.signal.mapped.unit.as_deref();
         text: MaybeText or null = |out: &mut Vec<u8>| one.text(out, cx.setting.lang);
         provenance: Word = one.signal.from.name();
         signal_cell as "signal": Piece in csv = |out: &mut Vec<u8>| out.extend_from_slice(&one.signal.chosen.cell);
-        value_cell as "value": Piece in csv = |out: &mut Vec<u8>| _ = one.shown(out);
-        raw_cell as "raw": Piece in csv = |out: &mut Vec<u8>| _ = one.shown_raw(out);
+        value_cell as "value": Piece in csv = |out: &mut Vec<u8>| _ = number::value(out, one.entry());
+        raw_cell as "raw": Piece in csv = |out: &mut Vec<u8>| _ = number::raw(out, one.entry());
         unit_cell as "unit": Piece in csv = |out: &mut Vec<u8>| out.extend_from_slice(&one.signal.chosen.unit_cell);
     }
-    csv [[t, frame, bus, node, pdo] [signal_cell, value_cell, raw_cell, unit_cell, provenance, object]]
+    csv [{csv_place: t, frame} {csv_source: bus, node, pdo} {csv_value: signal_cell, value_cell, raw_cell}
+        [unit_cell, provenance, object]]
 }
 
 /// Calls `take` with each signal of a PDO that is listed.
@@ -124,7 +119,7 @@ pub(super) fn each(selection: &mut Selection, what: &What, mut take: impl FnMut(
                 return;
             };
             let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
-            all(whose, mapping, *from, selection.of(whose, mapping));
+            all(whose, mapping, *from, selection.of(whose, mapping, *from));
         }
         // Its object is another one in every frame, so nothing of it is remembered.
         What::Mpdo(data) => {
@@ -155,7 +150,7 @@ impl Collector for Listed {
         let Self { table, selection } = self;
         for event in events {
             each(selection, &event.what, |signal| {
-                let sample = Sample::new(frame, signal).read();
+                let sample = Sample::new(frame, signal);
                 let (integer, value) = sample.raw.map_or((None, None), |raw| numbers(signal.mapped, raw));
                 table.row(done, &scene.cx(), Sample { integer, value, ..sample });
             });
@@ -174,17 +169,19 @@ pub struct SignalLines {
     csv: bool,
     headed: bool,
     selection: Selection,
+    /// Cells of buses and PDOs.
+    sources: KnownTexts,
 }
 
 impl SignalLines {
     /// Returns a renderer at the beginning of a capture.
     pub fn new(lang: Lang, csv: bool, select: Select) -> Self {
-        Self { lang, csv, headed: false, selection: Selection::new(NAMES, select) }
+        Self { lang, csv, headed: false, selection: Selection::new(NAMES, select), sources: KnownTexts::default() }
     }
 
     /// Appends the rows of a frame.
     pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, events: &[Event]) {
-        let Self { lang, csv, headed, selection } = self;
+        let Self { lang, csv, headed, selection, sources } = self;
         let cx = Cx { setting: Setting { lang: *lang, ..setting }, names: NAMES };
         if *csv && !std::mem::replace(headed, true) {
             csv::headings(out, Signals::HEADINGS);
@@ -195,17 +192,24 @@ impl SignalLines {
             each(selection, &event.what, |signal| {
                 let sample = Sample::new(frame, signal);
                 if !*csv {
-                    Signals::json(out, &cx, sample.read());
+                    Signals::json(out, &cx, sample);
                     return out.push(b'\n');
                 }
                 if head.is_empty() {
                     let start = out.len();
-                    Signals::csv_head(out, &cx, sample);
+                    Signals::csv_place(out, &cx, sample);
+                    let source = signal.whose.key() | u64::from(frame.bus.0) << 32;
+                    sources.put_or(out, source, |out| Signals::csv_source(out, &cx, sample));
                     head = start..out.len();
                 } else {
                     out.extend_from_within(head.clone());
                 }
-                Signals::csv(out, &cx, sample);
+                Signals::csv_value(out, &cx, sample);
+                out.extend_from_slice(signal.chosen.rest.get_or_init(|| {
+                    let mut rest = Vec::new();
+                    Signals::csv(&mut rest, &cx, sample);
+                    rest
+                }));
             });
         }
     }
@@ -225,5 +229,60 @@ pub(super) fn numbers(mapped: &Mapped, raw: u64) -> (Option<i64>, Option<f64>) {
         Number::Real32(read) => (None, Some(f64::from(read) * mapped.factor)),
         Number::Real64(read) => (None, Some(read * mapped.factor)),
         Number::Bytes => (None, None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bytes::frame::{BusId, Buses, CanId};
+    use crate::views::lines::Clocked;
+    use crate::world::event::ProcessData;
+    use std::sync::Arc;
+
+    /// A PDO for each of what decides the cells of its rows.
+    fn pdos() -> Vec<ProcessData> {
+        let mapping = |words: &[u32]| {
+            let mut mapping = Mapping::from_words(words);
+            mapping.entries.iter_mut().for_each(|mapped| mapped.unit = Some("rpm".into()));
+            Arc::new(mapping)
+        };
+        let (one, other) = (mapping(&[0x6041_0010, 0x606C_0020]), mapping(&[0x6041_0010, 0x6064_0020]));
+        let pdo = |mapping: &Arc<Mapping>, from, transmit, number, node| {
+            let content = Content::Mapped(Arc::clone(mapping), from);
+            ProcessData { transmit, number, node, content, state: None, sync: None, is_off: false }
+        };
+        vec![
+            pdo(&one, Provenance::Eds, true, 1, 1),
+            pdo(&one, Provenance::Dcf, true, 1, 1),
+            pdo(&one, Provenance::Observed(3), true, 1, 1),
+            pdo(&one, Provenance::Unconfirmed(3), true, 1, 1),
+            pdo(&other, Provenance::Eds, true, 1, 1),
+            pdo(&one, Provenance::Eds, false, 1, 1),
+            pdo(&one, Provenance::Eds, true, 257, 1),
+            pdo(&one, Provenance::Eds, true, 1, 2),
+        ]
+    }
+
+    #[test]
+    fn rows_do_not_depend_on_those_before() {
+        let mut buses = Buses::default();
+        let _ = ["can0", "can1"].map(|name| buses.intern(name.as_bytes()));
+        let setting = Setting { lang: Lang::En, file: b"", buses: &buses, decimals: 6, clock: Clocked::default() };
+        let lines = || SignalLines { headed: true, ..SignalLines::new(Lang::En, true, Select::default()) };
+        let (mut known, pdos) = (lines(), pdos());
+        for _ in 0..10 {
+            for (bus, pdo) in (0..3).flat_map(|bus| pdos.iter().map(move |pdo| (BusId(bus), pdo))) {
+                let frame = Frame { bus, ..Frame::classic(CanId::standard(0x181), &[1, 2, 3, 4, 5, 6]) };
+                let node = Some(pdo.node);
+                let what = What::Pdo(pdo.clone());
+                let events = [Event { at: frame.reference(), about: None, bus, node, transfer: None, what }];
+                let (mut one, mut other) = (Vec::new(), Vec::new());
+                known.frame(&mut one, setting, &frame, &events);
+                lines().frame(&mut other, setting, &frame, &events);
+                assert!(other.iter().filter(|byte| **byte == b'\n').count() == 2);
+                assert_eq!(String::from_utf8_lossy(&one), String::from_utf8_lossy(&other), "{events:?}");
+            }
+        }
     }
 }

@@ -11,7 +11,7 @@ use crate::tables::table::{
     Any, Cx, Given, Hex4, Json, Label, List, MaybeText, Truth, U8, U16, U64, Word, list, table,
 };
 use crate::wire::pdo;
-use crate::wire::pdo::mapping::{Mapped, Mapping};
+use crate::wire::pdo::mapping::Mapping;
 use crate::words::digits::{Hex, Padded, put};
 use crate::words::signal;
 use crate::world::configuration::Provenance;
@@ -93,32 +93,30 @@ table! {
 /// A signal of a PDO.
 #[derive(Clone, Copy)]
 pub(in crate::tables) struct CarriedSignal<'a> {
-    mapping: &'a Mapping,
-    mapped: &'a Mapped,
+    entry: number::EntryBits<'a>,
     place: usize,
     from: Provenance,
-    payload: &'a [u8],
 }
 
 table! {
     /// A signal of a PDO.
     /// PDO的一个信号
     Signals object "frame.pdo.signals", |cx, one: CarriedSignal<'_>| {
-        index: Hex4 = one.mapped.index;
-        sub: U8 = one.mapped.sub;
-        name: Given = signal::own_name(one.mapping, cx.names, one.place);
+        index: Hex4 = one.entry.mapped.index;
+        sub: U8 = one.entry.mapped.sub;
+        name: Given = signal::own_name(one.entry.mapping, cx.names, one.place);
         /// offset in bits
         /// 起始位
-        bit: U16 = one.mapped.offset;
+        bit: U16 = one.entry.mapped.offset;
         /// length in bits
         /// 位数
-        bits: U8 = one.mapped.bits;
-        raw: Any or null = |out: &mut Vec<u8>| marked(out, |out| number::raw(out, one.mapping, one.mapped, one.payload));
-        value: Any or null = |out: &mut Vec<u8>| marked(out, |out| number::value(out, one.mapping, one.mapped, one.payload));
-        unit: Label or null = one.mapped.unit.as_deref();
+        bits: U8 = one.entry.mapped.bits;
+        raw: Any or null = |out: &mut Vec<u8>| marked(out, |out| number::raw(out, one.entry));
+        value: Any or null = |out: &mut Vec<u8>| marked(out, |out| number::value(out, one.entry));
+        unit: Label or null = one.entry.mapped.unit.as_deref();
         text: MaybeText or null = |out: &mut Vec<u8>| {
-            let raw = one.mapping.raw(one.mapped, one.payload);
-            raw.map(|raw| signal::value_at(out, cx.setting.lang, one.mapping, one.place, raw)).is_some()
+            let number::EntryBits { mapping, raw, .. } = one.entry;
+            raw.map(|raw| signal::value_at(out, cx.setting.lang, mapping, one.place, raw)).is_some()
         };
         provenance: Word = one.from.name();
     }
@@ -164,6 +162,7 @@ fn signals(out: &mut Vec<u8>, cx: &Cx<'_>, one: Carried<'_>) {
     let Some((mapping, from)) = one.mapping() else { return put!(out; "[]") };
     let entries = mapping.entries.iter().enumerate().filter(|(_, mapped)| !mapped.dummy);
     list(out, entries, |out, (place, mapped)| {
-        Signals::json(out, cx, CarriedSignal { mapping, mapped, place, from, payload: one.frame.payload() });
+        let entry = number::EntryBits::new(mapping, mapped, one.frame.payload());
+        Signals::json(out, cx, CarriedSignal { entry, place, from });
     });
 }

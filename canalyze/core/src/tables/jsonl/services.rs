@@ -5,7 +5,7 @@
 use super::object::Object;
 use super::{NAMES, marked, quoted};
 use crate::bytes::frame::Frame;
-use crate::tables::number;
+use crate::tables::number::{self, EntryBits};
 use crate::wire;
 use crate::wire::message::Message;
 use crate::wire::pdo;
@@ -83,7 +83,9 @@ fn addressed(object: &mut Object<'_>, lang: Lang, content: &Multiplexed, mapping
     let whole = known.filter(|mapped| mapped.is_whole());
     inner.optional("type", whole.and_then(|mapped| mapped.data_type).map(DataType::name));
     match whole {
-        Some(mapped) => marked(inner.key("value"), |out| number::value(out, mapping, mapped, frame.payload())),
+        Some(mapped) => {
+            marked(inner.key("value"), |out| number::value(out, EntryBits::new(mapping, mapped, frame.payload())))
+        }
         None => put!(inner.key("value"); "null"),
     }
     match known.and_then(|mapped| mapped.unit.as_deref()) {
