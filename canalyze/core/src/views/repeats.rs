@@ -97,8 +97,8 @@ fn slot(finding: &Finding) -> usize {
     let Finding { code, node, object, .. } = finding;
     let object = object.map_or(0, |object| u64::from(object.index) << 8 | u64::from(object.sub));
     let kind = *code as u64 | u64::from(node.unwrap_or(0)) << 16 | object << 24;
-    // Multiplied by 2^64 by the golden ratio, kinds that are close to each other have places of their own.
-    (kind.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize % RECENT
+    // Multiplied by 2^64 by the golden ratio, kinds that are close to each other differ in the highest bits.
+    (kind.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 56) as usize % RECENT
 }
 
 /// Returns true if two findings are of one kind, neither of an expectation.
@@ -109,4 +109,36 @@ fn is_alike(one: &Finding, other: &Finding) -> bool {
         && because_of(one) == because_of(other)
         && one.expectation().is_none()
         && other.expectation().is_none()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::rules::finding::Facts;
+
+    /// A consequence about a PDO of a node, by the index of its parameter.
+    fn finding(node: u8, index: u16, because_of: u64) -> Finding {
+        let at = FrameRef { no: because_of, ..FrameRef::default() };
+        let (object, because_of) = (Some(Mux { index, sub: 0 }), Some(at));
+        Finding {
+            code: Code::Eds001,
+            at,
+            cause: None,
+            bus: BusId(0),
+            node: Some(node),
+            object,
+            facts: Facts::None,
+            because_of,
+        }
+    }
+
+    #[test]
+    fn kinds_of_neighbours_hardly_share_a_place() {
+        let pdos = (1..=8).flat_map(|node| (0..4).map(move |pdo| (node, pdo)));
+        let kinds = pdos.flat_map(|(node, pdo)| [finding(node, 0x1400 + pdo, 1), finding(node, 0x1800 + pdo, 1)]);
+        let places: BTreeSet<_> = kinds.map(|kind| slot(&kind)).collect();
+        assert!(places.len() > 60, "{} places of 64 kinds", places.len());
+    }
 }
