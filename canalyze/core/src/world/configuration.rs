@@ -228,23 +228,20 @@ impl Configuration {
 
     /// Returns true if something of an object is known from another source than an EDS.
     pub fn is_beyond_eds(&self, index: u16) -> bool {
-        let span = (index, 0)..=(index, u8::MAX);
         let filed = |description: &Arc<Dictionary>| {
             let dcf = description.form == Form::Dcf;
             description.of(index).iter().any(|object| object.preset.is_some_and(|preset| dcf || preset.configured))
         };
-        self.observed.range(span.clone()).next().is_some()
-            || self.options.range(span.clone()).next().is_some()
-            || self.concise.range(span).next().is_some()
+        has(&self.observed, index)
+            || has(&self.options, index)
+            || has(&self.concise, index)
             || self.description.as_ref().is_some_and(|description| description.configures && filed(description))
     }
 
     /// Returns true if something is known of an object.
     pub fn holds(&self, index: u16) -> bool {
-        let span = (index, 0)..=(index, u8::MAX);
-        let values = [&self.options, &self.concise, &self.profile];
-        self.observed.range(span.clone()).next().is_some()
-            || values.into_iter().any(|values| values.range(span.clone()).next().is_some())
+        has(&self.observed, index)
+            || [&self.options, &self.concise, &self.profile].into_iter().any(|values| has(values, index))
             || self.description.as_ref().is_some_and(|description| description.has(index))
     }
 
@@ -474,6 +471,11 @@ impl Configuration {
         }
         changed
     }
+}
+
+/// Returns true if there is a value of any sub-index of an object.
+fn has<V>(values: &BTreeMap<Address, V>, index: u16) -> bool {
+    values.range((index, 0)..).next().is_some_and(|((first, _), _)| *first == index)
 }
 
 /// Copies one entry of `from` to `of`. Returns true if it has changed.
