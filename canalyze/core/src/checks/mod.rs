@@ -250,7 +250,7 @@ impl Checks {
     #[inline]
     pub fn content(&mut self, name: PdoName, content: Signals, frame: &Frame) -> (Signals, Fit) {
         let fit = Fit::of(&content, frame);
-        if self.assumed.contradicts((name.node, name.transmit, name.number), &content, frame) {
+        if fit.misfit.is_some() && self.assumed.contradicts(name, &content, frame) {
             let fit = Fit { read: false, contradicted: true, ..fit };
             // Of a device without a description nothing is known then.
             let of_profile = matches!(content, Signals::Mapped(_, from) | Signals::ByConsumer(_, from, ..) if from == Provenance::Profile);
@@ -303,15 +303,10 @@ impl Checks {
         let states = &self.nodes;
         self.drives.process_data(name, (fit.read, fit.contradicted), frame, nodes, |node| states.state(node), cx);
         match known {
-            Some(pdo) => {
-                self.pdo_configuration.used(node, pdo, frame, cx);
-                self.pdo_timing.sent(node, pdo, cx);
-            }
+            Some(pdo) => self.pdo_configuration.used(node, pdo, frame, cx),
             None => self.pdo_configuration.sent(node, transmit, number, frame.id),
         }
-        if transmit {
-            self.pdo_timing.learn((node, number), known, frame, cx);
-        }
+        self.pdo_timing.sent(name, known, Some(frame.head()), cx);
     }
 
     /// Takes a multiplex PDO.
@@ -330,9 +325,7 @@ impl Checks {
             let object = Mux { index: communication_parameter(transmit, number), sub: 0 };
             cx.raise(Mpd001::Length { found: frame.len.into() }, Some(node), Some(object), None);
         }
-        if let Some(pdo) = name.of(nodes) {
-            self.pdo_timing.sent(node, pdo, cx);
-        }
+        self.pdo_timing.sent(name, name.of(nodes), None, cx);
     }
 
     /// Takes a message of another service before its resets are applied; returns the old and the new node-ID of a node

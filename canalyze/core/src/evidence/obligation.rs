@@ -41,6 +41,7 @@ impl<K: Ord> Default for Obligations<K> {
 
 impl<K: Ord + Copy> Obligations<K> {
     /// Opens an obligation, replacing an earlier one of the same key.
+    #[inline(never)]
     pub fn open(&mut self, key: K, owed: Owed) {
         if self.open.len() >= KEPT && !self.open.contains_key(&key) {
             return;

@@ -38,6 +38,8 @@ pub struct PerNode<T> {
 
 /// Node-IDs and 0.
 const SLOTS: usize = 128;
+/// Highest PDO number.
+const LAST_PDO: u16 = 512;
 
 impl<T: Default> Default for PerNode<T> {
     fn default() -> Self {
@@ -86,6 +88,50 @@ impl<T: Default> PerNode<T> {
     /// Returns all nodes for changing them, ascending.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = (u8, &mut T)> {
         self.slots.iter_mut().enumerate().filter_map(|(node, slot)| Some((node as u8, slot.as_deref_mut()?)))
+    }
+}
+
+/// A value for every PDO of a node that needs one, by direction and number 1..=512: one array look-up.
+#[derive(Clone, Debug, Default)]
+pub struct PerPdo<T> {
+    /// By number, RPDO before TPDO.
+    slots: Vec<Option<Box<T>>>,
+    /// A dummy for impossible numbers.
+    nowhere: T,
+}
+
+impl<T: Default> PerPdo<T> {
+    /// Returns the value of a PDO for changing it.
+    #[inline]
+    pub fn get_mut(&mut self, transmit: bool, number: u16) -> Option<&mut T> {
+        self.slots.get_mut(Self::place(transmit, number)).and_then(Option::as_deref_mut)
+    }
+
+    /// Returns the value of a PDO, which is created if there is none.
+    #[inline]
+    pub fn entry(&mut self, transmit: bool, number: u16) -> &mut T {
+        let place = Self::place(transmit, number);
+        if place >= self.slots.len() && number <= LAST_PDO {
+            self.slots.resize_with(place + 1, || None);
+        }
+        match self.slots.get_mut(place) {
+            Some(slot) => slot.get_or_insert_default(),
+            None => &mut self.nowhere,
+        }
+    }
+
+    /// Removes the value of a PDO.
+    pub fn take(&mut self, transmit: bool, number: u16) -> Option<Box<T>> {
+        self.slots.get_mut(Self::place(transmit, number)).and_then(Option::take)
+    }
+
+    /// Returns all values for changing them.
+    pub fn values_mut(&mut self) -> impl Iterator<Item = &mut T> {
+        self.slots.iter_mut().filter_map(Option::as_deref_mut)
+    }
+
+    fn place(transmit: bool, number: u16) -> usize {
+        2 * usize::from(number) + usize::from(transmit)
     }
 }
 
@@ -472,5 +518,32 @@ fn trusted_less(one: Provenance, other: Provenance) -> Provenance {
         (Provenance::Doubted(one), Provenance::Doubted(other)) => Provenance::Doubted(one.max(other)),
         (Provenance::Unconfirmed(one), Provenance::Unconfirmed(other)) => Provenance::Unconfirmed(one.max(other)),
         _ => one.min(other),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_pdo_has_a_value_of_its_own() {
+        let mut pdos = PerPdo::<u16>::default();
+        for number in [3, 1, 512] {
+            *pdos.entry(true, number) = number;
+            *pdos.entry(false, number) = 1000 + number;
+        }
+        assert_eq!(pdos.values_mut().map(|value| *value).collect::<Vec<_>>(), [1001, 1, 1003, 3, 1512, 512]);
+        assert_eq!(pdos.get_mut(true, 2), None);
+        assert_eq!(pdos.get_mut(false, 513), None);
+        assert_eq!(pdos.take(true, 3).as_deref(), Some(&3));
+        assert_eq!(pdos.get_mut(true, 3), None);
+        assert_eq!(pdos.get_mut(false, 3), Some(&mut 1003));
+    }
+
+    #[test]
+    fn impossible_numbers_take_no_room() {
+        let mut pdos = PerPdo::<u16>::default();
+        *pdos.entry(true, u16::MAX) = 1;
+        assert_eq!((pdos.slots.len(), pdos.values_mut().count()), (0, 0));
     }
 }

@@ -4,17 +4,16 @@
 //! padding if they are one constant value, as in devices that fill up their PDOs; other or changing bytes are objects
 //! that the default lacks. Mappings from the capture, a DCF or an option are not examined.
 
-use std::collections::BTreeMap;
-
-use super::length::misfit;
 use crate::bytes::frame::Frame;
+use crate::checks::PdoName;
 use crate::world::configuration::Provenance;
 use crate::world::event::Signals;
+use crate::world::node::{PerNode, PerPdo};
 
-/// The bytes behind the assumed mappings of PDOs, by node, direction and number.
+/// The bytes behind the assumed mappings of PDOs.
 #[derive(Debug, Default)]
 pub struct Assumed {
-    behind: BTreeMap<(u8, bool, u16), BehindMapping>,
+    behind: PerNode<PerPdo<Option<BehindMapping>>>,
 }
 
 /// The bytes behind a mapping.
@@ -27,26 +26,24 @@ enum BehindMapping {
 }
 
 impl Assumed {
-    /// Returns true if this or an earlier frame of a PDO contradicts its assumed mapping.
+    /// Returns true if a frame of another length than its mapping, or an earlier one of the PDO, contradicts the mapping as
+    /// assumed.
     #[inline]
-    pub fn contradicts(&mut self, name: (u8, bool, u16), content: &Signals, frame: &Frame) -> bool {
+    pub fn contradicts(&mut self, name: PdoName, content: &Signals, frame: &Frame) -> bool {
         let (mapping, own) = match content {
             Signals::Mapped(mapping, Provenance::Eds | Provenance::Profile) => (mapping, true),
             Signals::ByConsumer(mapping, Provenance::Eds | Provenance::Profile, ..) => (mapping, false),
             _ => return false,
         };
-        if misfit(content, frame).is_none() {
-            return false;
-        }
         let Some(beyond) = frame.payload().get(mapping.bytes()..) else { return true };
         // A receiver may use a part of it.
         own && self.is_data(name, beyond)
     }
 
     /// Returns true if the bytes behind a mapping are data, not padding.
-    fn is_data(&mut self, name: (u8, bool, u16), beyond: &[u8]) -> bool {
+    fn is_data(&mut self, PdoName { transmit, number, node }: PdoName, beyond: &[u8]) -> bool {
         let Some(first) = beyond.first() else { return false };
-        let behind = self.behind.entry(name).or_insert(BehindMapping::Padding(*first));
+        let behind = self.behind.entry(node).entry(transmit, number).get_or_insert(BehindMapping::Padding(*first));
         if let BehindMapping::Padding(filler) = *behind
             && beyond.iter().any(|byte| *byte != filler)
         {

@@ -85,6 +85,7 @@ impl PdoIdentifiers {
         self.senders.get(&id).is_some_and(|names| names.values().any(|from| *from > Provenance::Eds))
     }
 
+    #[cold]
     fn judge(&mut self, id: CanId, cx: &mut Context<'_>) {
         let Some((one, other, reported)) = self.shared.get_mut(&id).filter(|(.., reported)| !reported) else { return };
         *reported = true;

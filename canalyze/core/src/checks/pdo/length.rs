@@ -4,8 +4,6 @@
 //! capture, an option or a DCF is trusted; against an EDS, the device may have been configured before the capture. A
 //! PDO of unknown mapping is expected to keep its length. The finding does not say which side is at fault.
 
-use std::collections::BTreeMap;
-
 use super::series::Series;
 use crate::bytes::frame::{Frame, FrameRef, Kind};
 use crate::evidence::Rules;
@@ -17,7 +15,7 @@ use crate::wire::pdo::{communication_parameter, mapping_parameter};
 use crate::world::configuration::Provenance;
 use crate::world::context::Context;
 use crate::world::event::{Signals, Unmapped};
-use crate::world::node::{Node, PerNode};
+use crate::world::node::{Node, PerNode, PerPdo};
 
 /// Lengths of a CAN FD frame beyond eight bytes; others are filled up.
 const FD_LENGTHS: [usize; 7] = [12, 16, 20, 24, 32, 48, 64];
@@ -44,12 +42,28 @@ struct Lengths {
     reset: Option<u64>,
     /// TPDOs and RPDOs 1 to 64 that had the length of their mapping since then, one bit each.
     fitted: [u64; 2],
-    /// PDOs of another length, by direction, number and rule.
-    wrong: BTreeMap<(bool, u16, Code), Series>,
-    /// Lengths of PDOs of unknown mapping, by direction and number.
-    kept: BTreeMap<(bool, u16), Kept>,
+    pdos: PerPdo<PdoLengths>,
     /// The capture contains its SDO, and would show a change of the mapping.
     asked: bool,
+}
+
+/// The lengths of a PDO.
+#[derive(Debug, Default)]
+struct PdoLengths {
+    /// Frames of another length than its mapping, by rule.
+    wrong: Vec<(Code, Series)>,
+    /// Its length if its mapping is unknown.
+    kept: Option<Kept>,
+}
+
+impl PdoLengths {
+    /// Adds a frame of another length; returns the first frame by the same rule if this is a further one.
+    fn fault(&mut self, code: Code, at: FrameRef) -> Option<FrameRef> {
+        if !self.wrong.iter().any(|(known, _)| *known == code) {
+            self.wrong.push((code, Series::default()));
+        }
+        self.wrong.iter_mut().find(|(known, _)| *known == code).and_then(|(_, wrong)| wrong.fault(at))
+    }
 }
 
 /// The length of a PDO of unknown mapping.
@@ -147,7 +161,7 @@ impl PdoLength {
             (true, false, Some((consumer, pdo))) => Pdo006::OfConsumer { found, mapped, consumer, pdo }.into(),
         };
         let object = Mux { index: communication_parameter(transmit, number), sub: 0 };
-        let because_of = self.nodes.entry(node).wrong.entry((transmit, number, what.code)).or_default().fault(cx.at);
+        let because_of = self.nodes.entry(node).pdos.entry(transmit, number).fault(what.code, cx.at);
         let finding = cx.verdict(what, Some(node), Some(object), None);
         cx.report(cx.excused(Rules::PdoLength, cx.when, Finding { because_of, ..finding }));
     }
@@ -159,8 +173,8 @@ impl PdoLength {
         if let Some(set) = lengths.fitted.get_mut(place) {
             *set |= bit;
         }
-        for (_, wrong) in lengths.wrong.iter_mut().filter(|(name, _)| (name.0, name.1) == (transmit, number)) {
-            wrong.keep();
+        if let Some(pdo) = lengths.pdos.get_mut(transmit, number) {
+            pdo.wrong.iter_mut().for_each(|(_, wrong)| wrong.keep());
         }
     }
 
@@ -171,7 +185,9 @@ impl PdoLength {
 
     /// Takes a write, or possible write, to a PDO parameter, which may change its length.
     pub fn reconfigured(&mut self, node: u8, transmit: bool, number: u16) {
-        self.nodes.entry(node).kept.remove(&(transmit, number));
+        if let Some(pdo) = self.nodes.get_mut(node).and_then(|lengths| lengths.pdos.get_mut(transmit, number)) {
+            pdo.kept = None;
+        }
     }
 
     /// Takes a frame of a PDO of unknown mapping. If the capture would not show a change of mapping, the frames after
@@ -179,7 +195,8 @@ impl PdoLength {
     #[inline]
     pub fn unmapped(&mut self, name: (bool, u16, u8), frame: &Frame, cx: &mut Context<'_>) {
         let (transmit, number, node) = name;
-        let kept = self.nodes.get_mut(node).and_then(|lengths| lengths.kept.get_mut(&(transmit, number)));
+        let pdo = self.nodes.get_mut(node).and_then(|lengths| lengths.pdos.get_mut(transmit, number));
+        let kept = pdo.and_then(|pdo| pdo.kept.as_mut());
         match kept.filter(|kept| kept.len == frame.len && kept.count == SHOWN && kept.other.is_none()) {
             Some(kept) => kept.wrong.keep(),
             None => self.differs(name, frame, cx),
@@ -191,7 +208,7 @@ impl PdoLength {
     fn differs(&mut self, (transmit, number, node): (bool, u16, u8), frame: &Frame, cx: &mut Context<'_>) {
         let lengths = self.nodes.entry(node);
         let fresh = Kept { len: frame.len, count: 0, other: None, wrong: Series::default() };
-        let kept = lengths.kept.entry((transmit, number)).or_insert(fresh);
+        let kept = lengths.pdos.entry(transmit, number).kept.get_or_insert(fresh);
         let object = Mux { index: communication_parameter(transmit, number), sub: 0 };
         let found = |len: u8, before: u8| Pdo021::Changed { found: len.into(), before: before.into() };
         if frame.len == kept.len {
@@ -238,7 +255,7 @@ impl PdoLength {
         self.lost = Some(cx.at.no);
         for (_, lengths) in self.nodes.iter_mut() {
             lengths.fitted = [0; 2];
-            lengths.kept.clear();
+            lengths.pdos.values_mut().for_each(|pdo| pdo.kept = None);
         }
     }
 }

@@ -6,11 +6,11 @@
 //! An event timer that nobody has named is learnt ([`Timer`]). As the sender may have other reasons to wait, only many
 //! of its times without the TPDO count, while its node gives signs of life and SYNC, if any, goes on.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::series::Series;
-use crate::bytes::frame::Frame;
 use crate::bytes::ns::Ns;
+use crate::checks::PdoName;
 use crate::evidence::obligation::Owed;
 use crate::evidence::period::Timer;
 use crate::evidence::{Obligations, Rules, When};
@@ -22,7 +22,7 @@ use crate::wire::nmt::START;
 use crate::wire::pdo::communication_parameter;
 use crate::world::configuration::Provenance;
 use crate::world::context::Context;
-use crate::world::node::{Pdo, PerNode};
+use crate::world::node::{Pdo, PerNode, PerPdo};
 
 /// Error of a node's timers: its tick of 1 ms, and the fraction by which its oscillator differs (up to 1 %).
 const TICK_NS: Ns = Ns::from_ms(1);
@@ -48,8 +48,7 @@ type TimingKey = (u8, bool, u16);
 /// Event-driven PDOs of a bus, and their times.
 #[derive(Debug, Default)]
 pub struct PdoTiming {
-    /// By node, transmit or receive, and number.
-    sent: PerNode<BTreeMap<(bool, u16), Sent>>,
+    sent: PerNode<PerPdo<Sent>>,
     /// The next frame of each, by its event timer or deadline.
     due: Obligations<TimingKey>,
     /// Nodes commanded not to send, or reporting a state in which they do not.
@@ -91,59 +90,53 @@ struct LearntTimer {
 }
 
 impl PdoTiming {
-    /// Takes a data frame of a PDO.
-    pub fn sent(&mut self, node: u8, pdo: &Pdo, cx: &mut Context<'_>) {
-        let Some((kind, from)) = pdo.transmission else { return };
-        if kind < EVENT_DRIVEN || from.is_doubted() || cx.at.t_ns.is_none() {
+    /// Takes a data frame of a PDO, and learns the event timer of a TPDO unless that, or a transmission with SYNC, is
+    /// known. `pdo`: its configuration; `head`: its first bytes, except for a multiplex PDO.
+    pub fn sent(&mut self, name: PdoName, pdo: Option<&Pdo>, head: Option<[u8; 8]>, cx: &mut Context<'_>) {
+        let PdoName { transmit, number, node } = name;
+        let name = (node, transmit, number);
+        let timed = cx.at.t_ns.is_some();
+        let event_driven =
+            |pdo: &&Pdo| pdo.transmission.is_some_and(|(kind, from)| kind >= EVENT_DRIVEN && !from.is_doubted());
+        let judged = pdo.filter(|_| timed).filter(event_driven);
+        let head = head.filter(|_| transmit);
+        let learns = head.filter(|_| timed && !pdo.is_some_and(is_named));
+        if judged.is_some() || learns.is_some() {
+            self.came(name, cx);
+        } else if head.is_none() {
             return;
         }
-        let name = (node, pdo.transmit, pdo.number);
-        let inhibit = Ns::from_us(100 * pdo.inhibit.filter(|_| pdo.transmit).map_or(0, trusted));
-        let timer = Ns::from_ms(pdo.event_timer.map_or(0, trusted));
-        self.came(name, cx);
-        let late_ns = cx.evidence.recording.shortens_ns(cx.when, inhibit);
-        let sent = self.sent.entry(node).entry((pdo.transmit, pdo.number)).or_default();
-        sent.timer_ns = timer;
-        sent.follow(name, inhibit, late_ns, cx);
-        if timer > Ns::ZERO && !self.halted.contains(&node) {
-            self.due.open(name, Owed { since: cx.when, limit_ns: sent.patience(pdo.transmit), why: None });
+        let sent = self.sent.entry(node).entry(transmit, number);
+        let mut owed = None;
+        if let Some(pdo) = judged {
+            let inhibit = Ns::from_us(100 * pdo.inhibit.filter(|_| transmit).map_or(0, trusted));
+            let late_ns = cx.evidence.recording.shortens_ns(cx.when, inhibit);
+            sent.timer_ns = Ns::from_ms(pdo.event_timer.map_or(0, trusted));
+            sent.follow(name, inhibit, late_ns, cx);
+            owed = (sent.timer_ns > Ns::ZERO).then(|| sent.patience(transmit));
         }
-    }
-
-    /// Takes a data frame of a TPDO, and learns its event timer unless that, or a transmission with SYNC, is known.
-    pub fn learn(&mut self, (node, number): (u8, u16), pdo: Option<&Pdo>, frame: &Frame, cx: &mut Context<'_>) {
-        let told = |from: Provenance| from > Provenance::Eds;
-        let with_sync = |pdo: &Pdo| pdo.transmission.is_some_and(|(kind, from)| told(from) && kind < EVENT_DRIVEN);
-        let named = |pdo: &Pdo| with_sync(pdo) || pdo.event_timer.is_some_and(|(_, from)| told(from));
-        let name = (node, true, number);
-        if cx.at.t_ns.is_none() || pdo.is_some_and(named) {
+        match learns {
+            Some(head) => {
+                sent.when = Some(cx.when);
+                let learnt = sent.learnt.get_or_insert_default().take(head, cx);
+                let in_step = |ns: Ns, cycle: Ns| cycle.abs_diff(ns) <= (cycle / CYCLE_PART).abs();
+                let cyclic = |ns: &Ns| self.cycle_ns.is_some_and(|cycle| in_step(*ns, cycle));
+                if let Some(timer_ns) = learnt.filter(|ns| !self.halted.contains(&node) && !cyclic(ns)) {
+                    sent.timer_ns = timer_ns;
+                    owed = Some((timer_ns * STOPPED).max(STOPPED_NS));
+                }
+            }
             // It may have been named since.
-            self.get_mut(name).into_iter().for_each(|sent| sent.learnt = None);
-            return;
+            None if head.is_some() => sent.learnt = None,
+            None => {}
         }
-        self.came(name, cx);
-        let sent = self.sent.entry(node).entry((true, number)).or_default();
-        let LearntTimer { timer, head, when } = sent.learnt.get_or_insert_default();
-        let unchanged = std::mem::replace(head, frame.head()) == frame.head();
-        let recording = &cx.evidence.recording;
-        sent.when = Some(cx.when);
-        if let Some(last) = when.replace(cx.when)
-            && let Some(gap) = recording.between(last, cx.when)
-            && recording.teaches(last)
-            && recording.teaches(cx.when)
-        {
-            timer.take(gap, unchanged);
+        if let Some(limit_ns) = owed.filter(|_| !self.halted.contains(&node)) {
+            self.due.open(name, Owed { since: cx.when, limit_ns, why: None });
         }
-        let in_step = |ns: Ns, cycle: Ns| cycle.abs_diff(ns) <= (cycle / CYCLE_PART).abs();
-        let cyclic = |ns: &Ns| self.cycle_ns.is_some_and(|cycle| in_step(*ns, cycle));
-        let Some(timer_ns) = timer.ns().filter(|ns| !self.halted.contains(&node) && !cyclic(ns)) else { return };
-        sent.timer_ns = timer_ns;
-        let limit_ns = (timer_ns * STOPPED).max(STOPPED_NS);
-        self.due.open(name, Owed { since: cx.when, limit_ns, why: None });
     }
 
     fn get_mut(&mut self, (node, transmit, number): TimingKey) -> Option<&mut Sent> {
-        self.sent.get_mut(node)?.get_mut(&(transmit, number))
+        self.sent.get_mut(node)?.get_mut(transmit, number)
     }
 
     /// Judges the time up to a frame.
@@ -190,9 +183,7 @@ impl PdoTiming {
     fn overdue(&mut self, name: TimingKey, owed: Owed, cx: &mut Context<'_>) -> bool {
         let (node, transmit, number) = name;
         let recording = &cx.evidence.recording;
-        let Some(sent) = self.sent.get_mut(node).and_then(|sent| sent.get_mut(&(transmit, number))) else {
-            return false;
-        };
+        let Some(sent) = self.sent.get_mut(node).and_then(|sent| sent.get_mut(transmit, number)) else { return false };
         let Some(last) = sent.when else { return false };
         let Some(gap) = recording.between(last, cx.when) else { return false };
         // During a silence of the bus the recorder may hold one frame, but not two.
@@ -264,16 +255,32 @@ impl PdoTiming {
     /// Forgets one node, or all, after a reset or lost frames.
     pub fn forget(&mut self, node: Option<u8>) {
         let concerned = |of: u8| node.is_none_or(|node| node == of);
-        self.sent.iter_mut().filter(|(of, _)| concerned(*of)).for_each(|(_, sent)| sent.clear());
+        self.sent.iter_mut().filter(|(of, _)| concerned(*of)).for_each(|(_, sent)| *sent = PerPdo::default());
         self.due.void(|name| concerned(name.0));
     }
 
     /// Takes a write to a PDO parameter.
     pub fn reconfigured(&mut self, node: u8, transmit: bool, number: u16) {
         if let Some(sent) = self.sent.get_mut(node) {
-            sent.remove(&(transmit, number));
+            sent.take(transmit, number);
         }
         self.due.met((node, transmit, number));
+    }
+}
+
+impl LearntTimer {
+    /// Takes the next frame; returns the event timer in ns, if it is learnt.
+    fn take(&mut self, head: [u8; 8], cx: &Context<'_>) -> Option<Ns> {
+        let unchanged = std::mem::replace(&mut self.head, head) == head;
+        let recording = &cx.evidence.recording;
+        if let Some(last) = self.when.replace(cx.when)
+            && let Some(gap) = recording.between(last, cx.when)
+            && recording.teaches(last)
+            && recording.teaches(cx.when)
+        {
+            self.timer.take(gap, unchanged);
+        }
+        self.timer.ns()
     }
 }
 
@@ -290,7 +297,7 @@ impl Sent {
     }
 
     /// Takes the next frame of the PDO.
-    fn follow(&mut self, (node, transmit, number): TimingKey, inhibit: Ns, late_ns: Ns, cx: &mut Context<'_>) {
+    fn follow(&mut self, name: TimingKey, inhibit: Ns, late_ns: Ns, cx: &mut Context<'_>) {
         let requested = std::mem::take(&mut self.requested);
         let Some(before) = self.when.replace(cx.when) else {
             self.late_ns = late_ns;
@@ -314,12 +321,24 @@ impl Sent {
         if !cx.evidence.recording.certainly_within(cx.when, before, limit) {
             return self.early.keep();
         }
+        self.too_close(name, before, Pdo004::TooClose { found: gap, limit: inhibit, tolerance }, cx);
+    }
+
+    /// Reports a PDO within its inhibit time.
+    #[cold]
+    fn too_close(&mut self, (node, transmit, number): TimingKey, before: When, what: Pdo004, cx: &mut Context<'_>) {
         let object = Mux { index: communication_parameter(transmit, number), sub: 3 };
-        let what = Pdo004::TooClose { found: gap, limit: inhibit, tolerance };
         let finding = cx.verdict(what, Some(node), Some(object), Some(before.at));
         let because_of = self.early.fault(cx.at);
         cx.report_timed(cx.excused(Rules::EventPdo, before, Finding { because_of, ..finding }));
     }
+}
+
+/// Returns true if more than an EDS says that a TPDO is sent with SYNC, or names its event timer.
+fn is_named(pdo: &Pdo) -> bool {
+    let told = |from: Provenance| from > Provenance::Eds;
+    pdo.transmission.is_some_and(|(kind, from)| told(from) && kind < EVENT_DRIVEN)
+        || pdo.event_timer.is_some_and(|(_, from)| told(from))
 }
 
 /// Returns the maximum error of a node's timer, in ns.
