@@ -77,7 +77,7 @@ struct TpdoTrack {
     wrong: Series,
     /// A finding about a frame so late that its own SYNC may be the next one, which is listed later still. The next
     /// frame of the PDO decides.
-    late: Option<Finding>,
+    late: Option<Box<Finding>>,
 }
 
 /// The configuration of a PDO.
@@ -164,11 +164,11 @@ impl SyncWindow {
             };
             // It should have come twice since; a single missing frame is reported on the next arrival.
             let judged = period.cycle() > last.cycle.max(track.phase) + 2 * n && last.cycle >= period.calm_from();
-            let late = period.period_ns().is_none_or(|period| {
+            let is_late = |period: Ns| {
                 let limit = period * (2 * n as i64);
                 cx.evidence.recording.certainly_later(cx.when, last.when, limit)
-            });
-            if judged && late {
+            };
+            if judged && period.period_ns().is_none_or(is_late) {
                 track.open.reported = true;
                 let due = track.phase + n;
                 let what = Syn008::Since { cycle: due, since: period.cycle() - due };
@@ -354,7 +354,7 @@ impl TpdoTrack {
         };
         let passed = Passed::between(last, now, known.period, &cx.evidence.recording);
         if let Some(late) = late {
-            self.judge_late(late, last, now, known, cx);
+            self.judge_late(*late, last, now, known, cx);
         }
         self.judge_delay(now, Some(last), known, cx);
         self.judge_cycle(last, now, passed, known, cx);
@@ -398,7 +398,7 @@ impl TpdoTrack {
         let what = Syn004::Late { delay, window, tolerance, cycle: now.cycle };
         let finding = cx.verdict(what, Some(known.node), Some(self.object()), None);
         if delay >= period - lag_ns {
-            self.late = Some(finding);
+            self.late = Some(Box::new(finding));
         } else {
             self.report(finding, since, known, cx);
         }
@@ -406,6 +406,7 @@ impl TpdoTrack {
 
     /// Reports a frame outside the window once the next one is in its cycle and back in time: so it was this PDO that
     /// was late, and not the listing of SYNC.
+    #[cold]
     fn judge_late(&mut self, late: Finding, last: Arrival, now: Arrival, known: &Judged<'_>, cx: &mut Context<'_>) {
         let n = u64::from(self.configured.kind.max(1));
         let (Some(window), Some(period)) = (known.window_ns, known.period.period_ns()) else { return };
@@ -435,11 +436,18 @@ impl TpdoTrack {
             self.phase = now.cycle;
             return self.wrong.keep();
         }
-        let multiple = passed.syncs.is_multiple_of(n) || passed.least.is_multiple_of(n);
         if !judged {
             (self.steady, self.phase) = (0, now.cycle);
             return;
         }
+        self.out_of_cycle(last, now, passed, known, cx);
+    }
+
+    /// Reports a frame that came in another cycle than was due.
+    #[cold]
+    fn out_of_cycle(&mut self, last: Arrival, now: Arrival, passed: Passed, known: &Judged<'_>, cx: &mut Context<'_>) {
+        let n = u64::from(self.configured.kind.max(1));
+        let multiple = passed.syncs.is_multiple_of(n) || passed.least.is_multiple_of(n);
         if passed.least > n && multiple {
             let count = passed.least / n;
             let due = last.cycle + n;
@@ -464,6 +472,7 @@ impl TpdoTrack {
     }
 
     /// Takes a second frame in the same cycle.
+    #[cold]
     fn second(
         &mut self,
         last: Arrival,
