@@ -447,6 +447,7 @@ impl Bus {
         }
     }
 
+    #[inline(never)]
     fn multiplexed(&mut self, name: PdoName, from: Provenance, frame: &Frame, cx: &mut Context<'_>) {
         let PdoName { transmit, number, node } = name;
         let role = if transmit { Role::Tpdo { number, node } } else { Role::Rpdo { number, node } };

@@ -2,8 +2,6 @@
 //!
 //! Each statusword is published with the source of its meaning. Views choose by it; checks use sure mappings only.
 
-use std::sync::Arc;
-
 use super::Bus;
 use crate::bytes::frame::Frame;
 use crate::sdo::transfer::{Direction, Status, Transfer};
@@ -17,16 +15,17 @@ use crate::world::node::Node;
 /// Publishes the states that a PDO shows, whose event is at a place.
 #[inline]
 pub(super) fn reported(publisher: &mut Publisher, place: usize, frame: &Frame, cx: &mut Context<'_>) {
-    if let Some(What::Pdo(ProcessData { transmit: true, node, content: Signals::Mapped(mapping, from), .. })) =
+    let mut nth = 0;
+    while let Some(What::Pdo(ProcessData { transmit: true, node, content: Signals::Mapped(mapping, from), .. })) =
         cx.events.get(place).map(|event| &event.what)
-        && !mapping.statuswords.is_empty()
+        && let Some(entry) = mapping.statuswords.get(nth)
     {
-        let (node, mapping, by) = (*node, Arc::clone(mapping), DriveEvidence::Pdo(*from));
-        for mapped in mapping.statuswords.iter().filter_map(|place| mapping.entries.get(*place)) {
-            let word = mapping.raw(mapped, frame.payload()).map(|raw| raw as u16);
-            let change = word.and_then(|word| publisher.statusword(node, mapped.index, word, cx.at, by));
-            change.into_iter().for_each(|change| cx.push(None, Some(node), What::Change(change)));
-        }
+        nth += 1;
+        let (node, by) = (*node, DriveEvidence::Pdo(*from));
+        let mapped = mapping.entries.get(*entry);
+        let word = mapped.and_then(|mapped| Some((mapped.index, mapping.raw(mapped, frame.payload())? as u16)));
+        let change = word.and_then(|(index, word)| publisher.statusword(node, index, word, cx.at, by));
+        change.into_iter().for_each(|change| cx.push(None, Some(node), What::Change(change)));
     }
 }
 

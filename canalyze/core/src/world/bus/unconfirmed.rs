@@ -23,6 +23,7 @@ use crate::world::node::Pdo;
 
 impl Bus {
     /// Takes a PDO whose identifier comes only from an unanswered write: it is decoded and not checked.
+    #[cold]
     pub(super) fn unconfirmed(&mut self, name: PdoName, content: Signals, frame: &Frame, cx: &mut Context<'_>) {
         let PdoName { transmit, number, node } = name;
         let is_off = self.nodes.get(node).and_then(|known| known.pdo(transmit, number)).is_some_and(Pdo::is_off);
@@ -45,6 +46,7 @@ impl Bus {
     }
 
     /// Drops unanswered writes to a PDO that a frame refutes: it is sent on its old identifier, or has another length.
+    #[cold]
     pub(super) fn refute(&mut self, name: PdoName, cob: bool, mapping: bool) {
         let index = pdo::communication_parameter(name.transmit, name.number);
         if cob {
