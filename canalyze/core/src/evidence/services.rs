@@ -291,16 +291,17 @@ impl Services {
     }
 
     /// Returns a finding if its services are proven, keeps it while that is open, and drops it if they are refuted.
+    #[inline]
     pub fn admit(&mut self, finding: Finding, at: When) -> Option<Finding> {
-        match self.of(&finding) {
-            Carries::Service => Some(finding),
-            Carries::Open if self.waiting.len() < KEPT => {
-                self.waiting.push((finding, at));
-                self.next_ns = Ns::MIN;
-                None
-            }
-            Carries::Open | Carries::Other => None,
+        let carries = self.of(&finding);
+        if carries == Carries::Service {
+            return Some(finding);
         }
+        if carries == Carries::Open && self.waiting.len() < KEPT {
+            self.waiting.push((finding, at));
+            self.next_ns = Ns::MIN;
+        }
+        None
     }
 
     /// Returns true if findings are waiting.

@@ -56,6 +56,8 @@ pub(super) struct Decoding {
     blind: bool,
     /// Repeats of findings are counted instead of shown.
     folds: bool,
+    /// They are counted where they are found, without events, since nothing takes them before.
+    counts_at_once: bool,
     state: Vec<Bus>,
     /// The evidence about the recording of each bus.
     evidence: Vec<Evidence>,
@@ -84,6 +86,7 @@ impl Decoding {
             extract,
             blind,
             folds,
+            counts_at_once: false,
             state: Vec::new(),
             evidence: Vec::new(),
             events: Vec::new(),
@@ -110,6 +113,12 @@ impl Decoding {
     /// Turns on the diagnosis.
     pub(super) fn diagnose(&mut self) {
         self.diagnosis = Some(Box::new(Diagnosis::new(self.network.bit_rate)));
+    }
+
+    /// Repeats of findings are counted where they are found, if neither expectations, a diagnosis nor others (`alone`: there
+    /// are none) take them before.
+    pub(super) fn count_at_once(&mut self, alone: bool) {
+        self.counts_at_once = alone && self.folds && self.verification.is_none() && self.diagnosis.is_none();
     }
 
     /// A frame with all that follows from it goes to the diagnosis.
@@ -428,6 +437,8 @@ impl Decoding {
             when,
             sighting: Sighting::Original,
             next,
+            // The numbers of frames that were judged in another place are restored before repeats are counted.
+            repeats: (self.counts_at_once && !self.moves).then_some(&mut self.repeats),
         };
         act(bus, &mut cx);
     }

@@ -78,6 +78,7 @@ impl Session {
         if sinks.want(DIAGNOSIS | CHANGES) {
             decoding.diagnose();
         }
+        decoding.count_at_once(!sinks.has_beside());
         Self {
             lang,
             reading,

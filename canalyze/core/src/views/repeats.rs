@@ -47,11 +47,23 @@ impl Repeats {
         events.retain(|event| if let What::Finding(finding) = &event.what { self.shows(finding) } else { true });
     }
 
+    /// Counts a finding that is certainly not shown, since its kind was shown often enough. Returns false if it is not
+    /// known to be one; it is then not counted.
+    pub fn counts(&mut self, finding: &Finding) -> bool {
+        let count = self.recent(slot(finding), finding).filter(|count| **count >= SHOWN);
+        count.map(|count| *count += 1).is_some()
+    }
+
+    /// Returns the count of the kind of a finding, if it is found without a search.
+    fn recent(&mut self, slot: usize, finding: &Finding) -> Option<&mut u64> {
+        let (count, known) = self.recent.get(slot).and_then(|place| self.counted.get_mut(*place))?;
+        is_alike(known, finding).then_some(count)
+    }
+
     /// Counts a finding. Returns true if it is shown.
     pub fn shows(&mut self, finding: &Finding) -> bool {
         let slot = slot(finding);
-        let recent = self.recent.get(slot).and_then(|place| self.counted.get_mut(*place));
-        if let Some((count, _)) = recent.filter(|(_, known)| is_alike(known, finding)) {
+        if let Some(count) = self.recent(slot, finding) {
             *count += 1;
             return *count <= SHOWN;
         }
@@ -132,6 +144,30 @@ mod tests {
             facts: Facts::None,
             because_of,
         }
+    }
+
+    #[test]
+    fn what_was_shown_often_enough_is_counted_at_once() {
+        let (mut repeats, own) = (Repeats::default(), finding(5, 0x1800, 7));
+        for _ in 0..SHOWN {
+            assert!(!repeats.counts(&own), "it is shown");
+            assert!(repeats.shows(&own));
+        }
+        assert!(repeats.counts(&own));
+        let elsewhere = Finding { bus: BusId(1), ..own.clone() };
+        for other in [elsewhere, finding(6, 0x1800, 7), finding(5, 0x1801, 7), finding(5, 0x1800, 8)] {
+            assert!(!repeats.counts(&other), "{other:?}");
+            assert!(repeats.shows(&other), "{other:?}");
+        }
+        // It is still known behind other kinds.
+        assert!(!repeats.shows(&own));
+        let mut events = Vec::new();
+        repeats.finish(FrameRef::default(), &mut events);
+        let counted = events.iter().filter_map(|event| match &event.what {
+            What::Finding(finding) => Some((finding.node, format!("{:?}", finding.facts))),
+            _ => None,
+        });
+        assert_eq!(counted.collect::<Vec<_>>(), [(Some(5), format!("{:?}", Facts::None.repeated(2)))]);
     }
 
     #[test]

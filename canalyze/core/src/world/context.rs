@@ -11,6 +11,7 @@ use crate::evidence::{Evidence, Rules, When};
 use crate::rules::finding::{Finding, Verdict};
 use crate::sdo::transfer::TransferId;
 use crate::sdo::wire::Mux;
+use crate::views::repeats::Repeats;
 use crate::world::change::Change;
 use crate::world::event::{Event, What};
 
@@ -36,6 +37,8 @@ pub struct Context<'a> {
     pub sighting: Sighting,
     /// The next frame of the current frame's SDO channel, if it was read ahead.
     pub next: Option<&'a Frame>,
+    /// The counts of findings, if those that were shown often enough are only counted.
+    pub repeats: Option<&'a mut Repeats>,
 }
 
 /// Bytes of a transfer that are extracted while it runs.
@@ -87,10 +90,11 @@ impl Context<'_> {
 
     /// Returns a finding about an obligation since a frame, linked to the circumstance that excuses it, if there is
     /// one.
-    pub fn excused(&self, rules: Rules, since: When, finding: Finding) -> Finding {
+    pub fn excused(&self, rules: Rules, since: When, mut finding: Finding) -> Finding {
         let Evidence { circumstances, recording, .. } = &*self.evidence;
         let excuse = || circumstances.excuse(rules, finding.node, (since, finding.at), recording);
-        Finding { because_of: finding.because_of.or_else(excuse), ..finding }
+        finding.because_of = finding.because_of.or_else(excuse);
+        finding
     }
 
     /// Reports a finding after `wait_ns`, unless something explains it by then (see
@@ -183,12 +187,15 @@ impl Context<'_> {
         }
     }
 
-    fn put(&mut self, finding: Finding) {
+    fn put(&mut self, mut finding: Finding) {
         let lost = self.evidence.recording.explain_by_losses(&finding);
-        let finding = Finding { because_of: finding.because_of.or(lost), ..finding };
+        finding.because_of = finding.because_of.or(lost);
         let Finding { at, cause, bus, node, .. } = finding;
         if let Some(lost) = Change::of_finding(&finding) {
             self.events.push(Event { at, about: None, bus, node, transfer: None, what: What::Change(lost) });
+        }
+        if self.repeats.as_mut().is_some_and(|repeats| repeats.counts(&finding)) {
+            return;
         }
         let what = What::Finding(Box::new(finding));
         self.events.push(Event { at, about: cause.map(Box::new), bus, node, transfer: None, what });

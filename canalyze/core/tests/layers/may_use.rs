@@ -94,6 +94,7 @@ pub(crate) const MAY_USE: &[Row] = &[
     ("bytes::writers::loss", &[]),
     ("evidence::period", &["bytes::ns", "bytes::frame"]),
     ("evidence", &["bytes::ns", "bytes::frame", "rules", "rules::finding", "wire::cob_id"]),
+    ("views::repeats", &["bytes::frame", "sdo::wire", "rules::finding", "world::event"]),
     (
         "world::context",
         &[
@@ -105,6 +106,7 @@ pub(crate) const MAY_USE: &[Row] = &[
             "world::change",
             "world::event",
             "evidence",
+            "views::repeats",
         ],
     ),
     (
@@ -396,7 +398,6 @@ pub(crate) const MAY_USE: &[Row] = &[
         "views::finding_context",
         &["bytes::frame", "sdo::wire", "rules", "rules::finding", "wire::cob_id", "wire::message", "world::event"],
     ),
-    ("views::repeats", &["bytes::frame", "sdo::wire", "rules::finding", "world::event"]),
     (
         "tables",
         &[

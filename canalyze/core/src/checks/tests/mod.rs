@@ -41,15 +41,20 @@ pub(super) fn raised_with(log: &str, network: Network, severities: &[&str]) -> V
 
 /// Returns the JSON lines of a candump log.
 pub(crate) fn lines(log: &str, network: Network) -> Vec<serde_json::Value> {
-    let mut options = Options::of(Lang::Zh, &[Output::json(Rows::Frames)]);
+    let text = written(log, network, &[Output::json(Rows::Frames)]);
+    text.lines().map(|line| serde_json::from_str(line).unwrap_or_else(|e| panic!("{e}: {line}"))).collect()
+}
+
+/// Returns all that a session with these outputs writes about a candump log.
+pub(super) fn written(log: &str, network: Network, outputs: &[Output]) -> String {
+    let mut options = Options::of(Lang::Zh, outputs);
     options.known.network = Arc::new(network);
     let mut session = Session::new(options);
     let mut out = Vec::new();
     session.begin(b"capture.log", crate::bytes::readers::InputFormat::Candump, true);
     session.feed(log.as_bytes(), &mut out);
     session.finish(&mut out);
-    let text = String::from_utf8(out).unwrap();
-    text.lines().map(|line| serde_json::from_str(line).unwrap_or_else(|e| panic!("{e}: {line}"))).collect()
+    String::from_utf8(out).unwrap()
 }
 
 /// Converts lines `ms ID#DATA`, such as `12.5 185#0102`, to a log; skips blank lines.

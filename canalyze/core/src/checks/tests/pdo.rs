@@ -1,6 +1,7 @@
 //! PDOs against their configuration: findings, and correct traffic.
 
 use super::*;
+use crate::tables::columns::Name;
 use crate::world::dictionary::{Access, Dictionary, Form, Object, Preset};
 use crate::world::network::Description;
 
@@ -111,6 +112,15 @@ fn lengths() {
     // Read, then reset: it may have been written before the capture.
     let read = reads(0.0, "1A00:00 u8 1\n 1A00:01 u32 20000120");
     assert_eq!(codes(&format!("{read} 20 000#8105\n 21 705#00\n 30 185#0102")), [""; 0]);
+}
+
+#[test]
+fn consequences_are_counted_the_same_if_tables_take_them_first() {
+    let frames: String = (0..30).map(|no| format!("{no} 185#010203\n")).collect();
+    let text = |outputs: &[Output]| written(&log(&frames), mapping(Form::Eds), outputs);
+    let alone = text(&[Output::Lines]);
+    assert!(alone.contains("29条后果: EDS001"), "{alone}");
+    assert_eq!(text(&[Output::Lines, Output::Columns(Name::Findings)]), alone);
 }
 
 #[test]

@@ -92,6 +92,7 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
             when,
             sighting: Sighting::Original,
             next: None,
+            repeats: None,
         };
         channel.step(*side, &frame, behind.as_ref(), &mut cx);
     }
@@ -106,6 +107,7 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
         when: When { at, ..When::default() },
         sighting: Sighting::Original,
         next: None,
+        repeats: None,
     };
     channel.finish(&mut cx);
     let mut outcome = Outcome::default();

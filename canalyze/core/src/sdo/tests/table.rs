@@ -40,6 +40,7 @@ fn walk(frames: &[Bytes]) -> Vec<(ChannelState, Action, ChannelState)> {
             when: When { at, ..When::default() },
             sighting: Sighting::Original,
             next: None,
+            repeats: None,
         };
         channel.step(*side, &frame, behind.as_ref(), &mut cx);
         let after = channel.state();
