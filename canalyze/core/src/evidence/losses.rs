@@ -217,10 +217,10 @@ impl Losses {
 
     /// Returns the frame from which a finding follows, if lost frames explain it.
     pub(super) fn explain(&mut self, finding: &Finding) -> Option<FrameRef> {
-        let (_, needs) = EXPLAINED.iter().find(|(code, _)| *code == finding.code)?;
         if finding.because_of.is_some() {
             return None;
         }
+        let (_, needs) = EXPLAINED.iter().find(|(code, _)| *code == finding.code)?;
         if finding.code == Code::Sdo024 { self.lacks_step(finding, true) } else { self.explain_by(finding, *needs) }
     }
 

@@ -90,6 +90,7 @@ impl Context<'_> {
 
     /// Returns a finding about an obligation since a frame, linked to the circumstance that excuses it, if there is
     /// one.
+    #[inline]
     pub fn excused(&self, rules: Rules, since: When, mut finding: Finding) -> Finding {
         let Evidence { circumstances, recording, .. } = &*self.evidence;
         let excuse = || circumstances.excuse(rules, finding.node, (since, finding.at), recording);
