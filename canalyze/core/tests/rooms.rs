@@ -44,7 +44,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("usdo", 1_030),
     // With kinds of findings that are counted without a search, since a fault may be in every frame, and lines that differ
     // from an earlier one in stamp and data only.
-    ("views", 7_830),
+    ("views", 7_850),
     // With the relation of a mapped object to its profile.
     ("wire", 2_770),
     // With the reasons why tables are refused, and the words of the diagnosis. With texts that are kept, since nearly every

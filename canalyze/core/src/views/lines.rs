@@ -20,7 +20,7 @@ use crate::wire;
 use crate::wire::cob_id::{Role, predefined};
 use crate::words::digits::{filled, hex_digits, put};
 use crate::words::{Depth, Lang, explain, findings, notes, services as words};
-use crate::world::event::{Event, Step, What};
+use crate::world::event::{Event, ProcessData, Step, What};
 
 /// The form of times (option `-t`, as in candump).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -154,18 +154,34 @@ impl Lines {
         if let Some(stamp) = &stamp {
             self.columns.stamp(out, stamp);
         }
-        let form = PdoForm::of(frame, events).filter(|_| self.depth == Depth::Default);
-        if form.is_some_and(|form| self.known.put(out, &form, frame, self.columns.layout())) {
-            return;
+        let name = buses.name(frame.bus);
+        match PdoForm::of(frame, events).filter(|_| self.depth == Depth::Default) {
+            Some((form, pdo)) => {
+                if !self.known.put(out, &form, frame, self.columns.layout()) {
+                    self.process_data(out, (&form, pdo), frame, name);
+                }
+                if !form.ends(pdo) {
+                    words::pdo::signals(out, self.lang, pdo, frame);
+                }
+                out.push(b'\n');
+            }
+            None => {
+                self.columns.known_columns(out, name, frame);
+                data(out, frame);
+                self.comment(out, frame, events);
+            }
         }
+    }
+
+    /// Appends the line of a PDO from the bus to its signals, and keeps it.
+    fn process_data(&mut self, out: &mut Vec<u8>, (form, pdo): (&PdoForm, &ProcessData), frame: &Frame, name: &[u8]) {
         let start = out.len();
-        self.columns.known_columns(out, buses.name(frame.bus), frame);
+        self.columns.known_columns(out, name, frame);
         let place = out.len() - start;
         data(out, frame);
-        self.comment(out, frame, events);
-        if let Some(form) = form {
-            self.known.keep(&form, out.get(start..).unwrap_or_default(), place, self.columns.layout());
-        }
+        put!(out; "  # ");
+        words::pdo::beginning(out, self.lang, self.depth, pdo, frame.len);
+        self.known.keep(form, out.get(start..).unwrap_or_default(), place, self.columns.layout());
     }
 
     /// Appends what a frame's events say, behind its columns and below them.

@@ -31,16 +31,11 @@ pub fn signal(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
 pub fn all(out: &mut Vec<u8>, lang: Lang, mapping: &Mapping, payload: &[u8]) {
     let mut first = true;
     for (mapped, how) in mapping.entries.iter().zip(written(mapping, lang)).filter(|(mapped, _)| !mapped.dummy) {
-        if !std::mem::take(&mut first) {
-            put!(out; ", ");
-        }
-        out.extend_from_slice(&how.name);
+        // Comma, name and equals sign in one piece, without the comma before the first.
+        out.extend_from_slice(how.lead.get(if std::mem::take(&mut first) { 2 } else { 0 }..).unwrap_or(&[]));
         match mapping.raw(mapped, payload) {
-            Some(raw) => {
-                put!(out; "=");
-                worded(out, lang, mapped, how, raw);
-            }
-            None => put!(out; "=?"),
+            Some(raw) => worded(out, lang, mapped, how, raw),
+            None => put!(out; "?"),
         }
     }
 }
@@ -55,6 +50,9 @@ pub fn written(mapping: &Mapping, lang: Lang) -> &[Written] {
     kept.get_or_init(|| {
         let mut found: Vec<_> = mapping.entries.iter().map(|mapped| write(mapped, lang)).collect();
         tell_apart(mapping, lang, &mut found);
+        for how in &mut found {
+            how.lead = [b", ", &*how.name, b"="].concat();
+        }
         found
     })
 }

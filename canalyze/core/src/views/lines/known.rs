@@ -1,5 +1,5 @@
-//! Lines of PDOs without signals that were written before: of one CAN-ID they differ in stamp and data only, and nine
-//! tenths of a capture without device descriptions are such lines.
+//! Lines of PDOs that were written before, up to their signals: of one CAN-ID they differ in stamp and data only, and nine
+//! tenths of a capture are such lines.
 
 use crate::bytes::frame::{BusId, CanId, Direction, Frame, Kind, LengthForm};
 use crate::words::digits::{hex_digits, put_beginning};
@@ -8,7 +8,7 @@ use crate::world::event::{Event, ProcessData, Signals, Unmapped, What};
 /// Bytes of the data column: eight bytes, each behind a blank.
 const DATA: usize = 24;
 
-/// All that decides such a line from the bus on, except for its data and the layout of the columns.
+/// All that decides such a line from the bus to its signals, except for its data and the layout of the columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct PdoForm {
     bus: BusId,
@@ -19,19 +19,25 @@ pub(super) struct PdoForm {
     transmit: bool,
     number: u16,
     node: u8,
-    why: Unmapped,
+    /// The reason for a PDO without signals.
+    why: Option<Unmapped>,
 }
 
 impl PdoForm {
-    /// Returns the form of a frame's line if it is such a line and has nothing below it.
+    /// Returns the form of a frame's line, and its PDO, if it is such a line and has nothing below it.
     #[inline]
-    pub(super) fn of(frame: &Frame, events: &[Event]) -> Option<Self> {
+    pub(super) fn of<'a>(frame: &Frame, events: &'a [Event]) -> Option<(Self, &'a ProcessData)> {
         let [Event { what: What::Pdo(data), .. }] = events else { return None };
-        let ProcessData { transmit, number, node, content: Signals::None(why), sync: None, .. } = *data else {
-            return None;
-        };
+        let ProcessData { transmit, number, node, .. } = *data;
+        let why = if let Signals::None(why) = data.content { Some(why) } else { None };
         let Frame { bus, id, kind: Kind::Data, dir, len: len @ ..=8, length_form, .. } = *frame else { return None };
-        Some(Self { bus, id, dir, len, length_form, transmit, number, node, why })
+        Some((Self { bus, id, dir, len, length_form, transmit, number, node, why }, data))
+    }
+
+    /// Returns true if nothing is behind the part of the line that is kept.
+    #[inline]
+    pub(super) fn ends(&self, pdo: &ProcessData) -> bool {
+        self.why.is_some() && pdo.sync.is_none()
     }
 
     fn place(&self) -> usize {
@@ -41,7 +47,7 @@ impl PdoForm {
     }
 }
 
-/// A line from the bus on, without its end.
+/// A line from the bus to its signals.
 #[derive(Clone, Copy, Debug)]
 struct KnownLine {
     form: PdoForm,
@@ -69,7 +75,8 @@ impl KnownLines {
     /// Maximum length of a kept line, in bytes.
     const MOST: usize = 106;
 
-    /// Appends the line of a frame if one of its form is known in this layout of the columns; returns true if it is.
+    /// Appends the line of a frame up to its signals if one of its form is known in this layout of the columns; returns
+    /// true if it is.
     #[inline]
     pub(super) fn put(&self, out: &mut Vec<u8>, form: &PdoForm, frame: &Frame, layout: (usize, bool)) -> bool {
         let Some(Some(known)) = self.lines.get(form.place()) else { return false };
@@ -85,7 +92,7 @@ impl KnownLines {
         true
     }
 
-    /// Keeps the line of a frame, unless it is too long. `data`: the place of the data column.
+    /// Keeps the line of a frame up to its signals, unless it is too long. `data`: the place of the data column.
     pub(super) fn keep(&mut self, form: &PdoForm, line: &[u8], data: usize, layout: (usize, bool)) {
         if self.few < Self::FEW {
             self.few += 1;

@@ -5,7 +5,10 @@ use super::*;
 use crate::bytes::frame::{BusId, CanId, Direction, FrameRef, LengthForm};
 use crate::bytes::ns::Ns;
 use crate::rules::finding::{Facts, Finding};
-use crate::world::event::{Placement, ProcessData, Signals, Unmapped};
+use crate::wire::pdo::mapping::Mapping;
+use crate::world::configuration::Provenance;
+use crate::world::event::{Placement, Signals, Unmapped};
+use std::sync::Arc;
 
 /// A finding at frame 9, because of frame 4 or of nothing.
 fn raised(code: Code, because_of: Option<u64>) -> Event {
@@ -132,6 +135,9 @@ fn process_data() -> Vec<(Frame, Vec<Event>)> {
     };
     let none = |why| Signals::None(why);
     let placed = Some(Placement { cycle: 4, delay_ns: Some(Ns(200_000)) });
+    let mapping = Arc::new(Mapping::from_words(&[0x6041_0010, 0x6064_0020]));
+    let mapped = |from| Signals::Mapped(Arc::clone(&mapping), from);
+    let consumed = Signals::ByConsumer(Arc::clone(&mapping), Provenance::Eds, 9, 1);
     let form = LengthForm { braces: true, ..LengthForm::default() };
     let rows = [
         (frame, data.clone()),
@@ -150,6 +156,10 @@ fn process_data() -> Vec<(Frame, Vec<Event>)> {
         (frame, ProcessData { content: none(Unmapped::Disabled), ..data.clone() }),
         (frame, ProcessData { content: none(Unmapped::Contradicted), ..data.clone() }),
         (frame, ProcessData { sync: placed, ..data.clone() }),
+        (frame, ProcessData { content: mapped(Provenance::Eds), ..data.clone() }),
+        (frame, ProcessData { content: mapped(Provenance::Profile), sync: placed, ..data.clone() }),
+        (Frame { data: [9; 64], ..frame }, ProcessData { content: mapped(Provenance::Eds), ..data.clone() }),
+        (frame, ProcessData { content: consumed, ..data.clone() }),
         (Frame { bus: BusId(1), ..frame }, data.clone()),
         (Frame { bus: BusId(2), ..frame }, data.clone()),
         (Frame { id: CanId::extended(0x181), ..frame }, data.clone()),

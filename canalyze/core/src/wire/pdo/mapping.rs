@@ -114,6 +114,8 @@ pub struct Written {
     pub name: Vec<u8>,
     /// The length of `name` without the object that tells it from others of one name.
     pub own: usize,
+    /// The name between a comma and an equals sign.
+    pub lead: Vec<u8>,
     /// Its unit, escaped for a terminal; empty if none.
     pub unit: Vec<u8>,
     /// The first-axis index of a CiA 402 object whose value has words, else 0.

@@ -22,9 +22,13 @@ thread_local! {
 pub fn process_data(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessData, frame: &Frame) {
     let key = beginning_key(lang, depth, data, frame.len);
     BEGINNINGS.with_borrow_mut(|known| known.put_or(out, key, |out| beginning(out, lang, depth, data, frame.len)));
-    if depth == Depth::Brief {
-        return;
+    if depth != Depth::Brief {
+        signals(out, lang, data, frame);
     }
+}
+
+/// Appends the part of the phrase behind [`beginning`]: the signals, and the place after SYNC.
+pub fn signals(out: &mut Vec<u8>, lang: Lang, data: &ProcessData, frame: &Frame) {
     match &data.content {
         Signals::Mapped(mapping, from) => {
             signal::all(out, lang, mapping, frame.payload());
@@ -44,7 +48,7 @@ pub fn process_data(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessD
 }
 
 /// Appends the part of the phrase that the bytes of the PDO do not change.
-fn beginning(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessData, len: u8) {
+pub fn beginning(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessData, len: u8) {
     put!(out; PdoLabel { lang, transmit: data.transmit, number: data.number, node: data.node });
     if depth == Depth::Brief {
         return;
