@@ -19,11 +19,11 @@ use crate::sdo::wire::Mux;
 use crate::tables::jsonl;
 use crate::views::expectation::{Expectations, Verification};
 use crate::views::lines::Clocked;
-use crate::views::repeats::Repeats;
 use crate::world::bus::Bus;
 use crate::world::context::{Chunk, Context};
 use crate::world::event::{Event, What};
 use crate::world::network::Network;
+use crate::world::repeats::Repeats;
 
 /// Bytes of a transfer for a file of its own.
 #[derive(Clone, Debug)]

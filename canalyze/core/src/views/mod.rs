@@ -8,5 +8,4 @@ pub mod finding_context;
 pub mod inventory;
 pub mod lines;
 pub mod monitor;
-pub mod repeats;
 pub mod summary;

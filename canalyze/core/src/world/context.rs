@@ -11,9 +11,9 @@ use crate::evidence::{Evidence, Rules, When};
 use crate::rules::finding::{Finding, Verdict};
 use crate::sdo::transfer::TransferId;
 use crate::sdo::wire::Mux;
-use crate::views::repeats::Repeats;
 use crate::world::change::Change;
 use crate::world::event::{Event, What};
+use crate::world::repeats::Repeats;
 
 /// The outputs while one frame is taken.
 pub struct Context<'a> {

@@ -13,4 +13,5 @@ pub mod node;
 pub mod od;
 pub mod preset;
 pub mod profile_defaults;
+pub mod repeats;
 pub mod roles;

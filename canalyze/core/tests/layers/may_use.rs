@@ -94,7 +94,7 @@ pub(crate) const MAY_USE: &[Row] = &[
     ("bytes::writers::loss", &[]),
     ("evidence::period", &["bytes::ns", "bytes::frame"]),
     ("evidence", &["bytes::ns", "bytes::frame", "rules", "rules::finding", "wire::cob_id"]),
-    ("views::repeats", &["bytes::frame", "sdo::wire", "rules::finding", "world::event"]),
+    ("world::repeats", &["bytes::frame", "sdo::wire", "rules::finding", "world::event"]),
     (
         "world::context",
         &[
@@ -106,7 +106,7 @@ pub(crate) const MAY_USE: &[Row] = &[
             "world::change",
             "world::event",
             "evidence",
-            "views::repeats",
+            "world::repeats",
         ],
     ),
     (
@@ -435,7 +435,7 @@ pub(crate) const MAY_USE: &[Row] = &[
             "views::summary",
             "views::expectation",
             "views::finding_context",
-            "views::repeats",
+            "world::repeats",
         ],
     ),
     (
@@ -500,7 +500,7 @@ pub(crate) const MAY_USE: &[Row] = &[
             "views::summary",
             "views::expectation",
             "views::finding_context",
-            "views::repeats",
+            "world::repeats",
             "tables",
             "views::monitor",
         ],

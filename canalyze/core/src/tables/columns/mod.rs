@@ -58,10 +58,10 @@ use crate::problems::Diagnosis;
 use crate::rules::finding::{Finding, Severity};
 use crate::sdo::transfer::Transfer;
 use crate::views::inventory::Inventory;
-use crate::views::repeats::Repeats;
 use crate::words::Lang;
 use crate::world::bus::Bus;
 use crate::world::event::{Event, What};
+use crate::world::repeats::Repeats;
 
 pub use self::column::Batch;
 
