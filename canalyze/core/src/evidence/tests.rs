@@ -516,8 +516,17 @@ fn an_ordinary_frame_is_observed_as_any_frame_is() {
         }
         listed
     };
+    // Two steps of the clock, each too small to be one by itself, with an ordinary frame between them.
+    let falling: Vec<_> = clean
+        .iter()
+        .copied()
+        .chain(
+            [(0, 0x181), (-7_000, 0x182), (-6_700, 0x183), (-13_500, 0x184), (-13_200, 0x185)]
+                .map(|(us, id)| (3_998_000 + us, id)),
+        )
+        .collect();
     let mut ordinary = 0;
-    for listed in std::iter::once(clean.clone()).chain((1..12).map(disturbed)) {
+    for listed in [clean.clone(), falling].into_iter().chain((1..12).map(disturbed)) {
         let (mut one, mut other) = (Recording::default(), Recording::default());
         for (no, (at, id)) in listed.iter().enumerate() {
             // Some payloads are equal, as those of duplicates.
