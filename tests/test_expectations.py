@@ -310,7 +310,7 @@ def changed(frames: Frames, number: int, at: int, data: bytes) -> Frames:
 
 
 def later(frames: Frames, number: int, by_us: int) -> Frames:
-    """Let a frame and all after it come later."""
+    """Returns the frames, with one and all after it later."""
     return [replace(frame, t_us=frame.t_us + by_us * (place >= number)) for place, frame in enumerate(frames, 1)]
 
 

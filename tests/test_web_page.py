@@ -698,7 +698,7 @@ def test_a_narrow_screen_shows_everything_in_its_width(chromium_browser: Chromiu
         opened(browser, empty, PROBLEMS)
         assert browser.run("return document.documentElement.scrollWidth") <= 390
         assert browser.run("return window.scrollY") == 0
-        # The list comes to the top although nothing is told below it yet.
+        # The list comes to the top although the detail below it is still empty.
         browser.run(
             'document.querySelector("#detail").replaceChildren(); document.querySelector("#problem-1 .frame").click()'
         )

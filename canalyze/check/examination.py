@@ -373,7 +373,7 @@ def held_policy(given: Mapping[str, Any], words: Words) -> Policy:
 
 
 def known_findings(held: Policy, words: Words, *, update: bool = False) -> baseline.Baseline:
-    """Reads the baseline; one that is to be written anew need not be there."""
+    """Reads the baseline; one that is to be written may be missing."""
     if held.baseline is None:
         if update:
             raise usage(words, "check.no_baseline")

@@ -42,7 +42,7 @@ class Description(NamedTuple):
 
 
 class Cob(NamedTuple):
-    """Which PDO an identifier carries."""
+    """The PDO that an identifier carries."""
 
     bus: str | None
     can_id: CanId
@@ -279,7 +279,7 @@ def network(
 ) -> "_core.Network | None":
     """Returns what the core is to know, None for nothing; `given` (options) overrules `filed` (canalyze.toml).
 
-    words: what is odd about a description is said in them, a line each to `say`; None: it was said before. read: has
+    words: those of the complaints about descriptions, a line each to `say`; None: they were reported before. read: has
     descriptions that are no files, by their names, and gets those that are read. SourceError
     and ConfigError for a description that cannot be used; ValueError is the core's.
     """

@@ -81,7 +81,7 @@ class SessionOptions(NamedTuple):
     mcap_archive: bool = False
     """True if an MCAP file is written without message indexes."""
     tables: Sequence[str] = ()
-    """Which of TABLES are built beside, to be taken with batches(); with every format but info."""
+    """The ones of TABLES that are built beside, for batches(); with every format but info."""
     expectations: "Expectations | None" = None
     """The expectations of the capture; one that does not hold is a finding like others."""
     incidents: bool = False
