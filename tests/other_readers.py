@@ -88,9 +88,17 @@ def candump_log(text: str) -> list[Recorded]:
     return frames
 
 
+def carried(text: str) -> str:
+    """The text with each stamp of a whole second as one.
+
+    Some versions of asc2log carry above 1,000,000 µs only, and write the second before with a fraction of seven digits.
+    """
+    return re.sub(r"^\((\d+)\.1000000\)", lambda stamp: f"({int(stamp[1]) + 1}.000000)", text, flags=re.MULTILINE)
+
+
 def asc2log(path: Path) -> list[Recorded]:
     """can-utils' converter to candump's log form."""
-    return candump_log(run_program("asc2log", stdin=path.read_bytes()).decode())
+    return candump_log(carried(run_program("asc2log", stdin=path.read_bytes()).decode()))
 
 
 def mcap(path: Path) -> list[Recorded]:

@@ -153,6 +153,16 @@ def test_others_read_what_we_write(name: str, session: str, tmp_path: Path) -> N
     same(reader, got, wanted)
 
 
+def test_a_whole_second_of_asc2log_is_read_as_one(tmp_path: Path) -> None:
+    """Whatever time of day it begins with: among stamps 1 µs apart one is at the whole second."""
+    rows = "".join(f"0.{number:06} 1 123 Rx d 1 00\n" for number in range(1_000_000))
+    path = tmp_path / "each.asc"
+    path.write_text(f"date Sun Nov 29 02:37:43 pm 2026\nbase hex  timestamps absolute\n{rows}")
+    text = other_readers.carried(run_program("asc2log", stdin=path.read_bytes()).decode())
+    stamps = re.findall(r"^\((\d+)\.(\d{6})\) ", text, flags=re.MULTILINE)
+    assert [int(seconds + fraction) - int("".join(stamps[0])) for seconds, fraction in stamps] == list(range(1_000_000))
+
+
 SUFFIXES = sorted({reader.suffix for reader in READERS.values()})
 
 
