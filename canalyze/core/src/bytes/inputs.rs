@@ -36,8 +36,8 @@ pub struct File {
     pub beyond: u64,
     /// Number of damaged places so far.
     pub damages: u64,
-    /// The last frame of each bus, by bus index.
-    pub last: Vec<Option<FrameRef>>,
+    /// The last frame but one and the last one of each bus, by bus index.
+    pub last: Vec<[Option<FrameRef>; 2]>,
     /// True if its stamps turned out to have another meaning than assumed, and this has been reported.
     pub misread: bool,
 }

@@ -248,16 +248,16 @@ impl Checks {
     /// Returns the content of a PDO's frame and its relation to the mapping. An assumed mapping holds until frames
     /// contradict it.
     #[inline]
-    pub fn content(&mut self, name: PdoName, content: Signals, frame: &Frame) -> (Signals, Fit) {
-        let fit = Fit::of(&content, frame);
-        if fit.misfit.is_some() && self.assumed.contradicts(name, &content, frame) {
-            let fit = Fit { read: false, contradicted: true, ..fit };
+    pub fn content(&mut self, name: PdoName, content: &mut Signals, frame: &Frame) -> Fit {
+        let mut fit = Fit::of(content, frame);
+        if fit.misfit.is_some() && self.assumed.contradicts(name, content, frame) {
+            (fit.read, fit.contradicted) = (false, true);
             // Of a device without a description nothing is known then.
-            let of_profile = matches!(content, Signals::Mapped(_, from) | Signals::ByConsumer(_, from, ..) if from == Provenance::Profile);
+            let of_profile = matches!(content, Signals::Mapped(_, from) | Signals::ByConsumer(_, from, ..) if *from == Provenance::Profile);
             let why = if of_profile { Unmapped::Unknown } else { Unmapped::Contradicted };
-            return (Signals::None(why), fit);
+            *content = Signals::None(why);
         }
-        (content, fit)
+        fit
     }
 
     /// Judges a TPDO that has the length of its mapping by the mapping of a node that receives it.
@@ -272,7 +272,7 @@ impl Checks {
     ) {
         let PdoName { transmit, number, node } = name;
         if let Some(misfit) = misfit(content, frame).filter(Misfit::is_short) {
-            self.pdo_length.judge(transmit, number, node, nodes.get(node), misfit, cx);
+            self.pdo_length.judge(transmit, number, node, nodes.get(node), &misfit, cx);
         }
     }
 
@@ -282,7 +282,7 @@ impl Checks {
         &mut self,
         name: PdoName,
         known: Option<&Pdo>,
-        fit: Fit,
+        fit: &Fit,
         nodes: &PerNode<Node>,
         frame: &Frame,
         cx: &mut Context<'_>,
@@ -292,7 +292,9 @@ impl Checks {
         self.pdo_identifiers.used(frame.id, nodes, cx);
         self.sync.process_data(name, known, cx);
         let used = known.is_none_or(|pdo| pdo.cob.0.valid || pdo.cob.1 <= Provenance::Eds);
-        if let Some(misfit) = fit.misfit.filter(|_| used) {
+        if let Some(misfit) = &fit.misfit
+            && used
+        {
             self.pdo_length.judge(transmit, number, node, nodes.get(node), misfit, cx);
         } else if fit.fits {
             self.pdo_length.fitted(transmit, number, node);

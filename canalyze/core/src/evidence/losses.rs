@@ -145,18 +145,18 @@ pub(super) struct Losses {
 impl Losses {
     /// Follows a frame that was observed. `missed`: frames of its sender that are missing before it.
     #[inline]
-    pub(super) fn follow(&mut self, frame: &Frame, missed: Option<Missed>) {
+    pub(super) fn follow(&mut self, frame: &Frame, missed: Option<Box<Missed>>) {
         if missed.is_some() || self.signs.times > 0 {
             self.weigh(frame, missed);
         }
     }
 
-    fn weigh(&mut self, frame: &Frame, missed: Option<Missed>) {
+    fn weigh(&mut self, frame: &Frame, missed: Option<Box<Missed>>) {
         if self.shown.is_none() && self.signs.times > 0 && frame.no > self.signs.first.saturating_add(KEPT) {
             (self.signs, self.open) = (Signs::default(), None);
         }
         if let Some(missed) = missed {
-            self.signs.take(frame.no, missed);
+            self.signs.take(frame.no, *missed);
             if self.shown.is_none() {
                 self.open.get_or_insert(frame.reference());
             }

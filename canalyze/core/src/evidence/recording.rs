@@ -96,6 +96,22 @@ pub struct Happened {
     pub sighting: Sighting,
 }
 
+/// A frame's place in the recording, and the events there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RecordedFrame {
+    /// The place.
+    pub when: When,
+    /// The events; `None` at most frames. Boxed, since they are rare and this is moved at every frame.
+    pub happened: Option<Box<Happened>>,
+}
+
+impl RecordedFrame {
+    /// Returns true if the clock was set before the frame.
+    pub fn is_behind_step(&self) -> bool {
+        self.happened.as_ref().is_some_and(|happened| happened.step.is_some())
+    }
+}
+
 /// The knowledge about the recording of one bus.
 #[derive(Debug, Default)]
 pub struct Recording {
@@ -162,9 +178,9 @@ impl Recording {
     /// Observes the next frame of the bus; returns its place and the events of the recording. If the stamps are
     /// useless, the place has no time, as without stamps.
     #[inline]
-    pub fn observe(&mut self, frame: &Frame) -> (When, Happened) {
+    pub fn observe(&mut self, frame: &Frame) -> RecordedFrame {
         match self.ordinary_gap(frame) {
-            Some((now, gap)) => (self.observe_ordinary(frame, now, gap), Happened::default()),
+            Some((now, gap)) => RecordedFrame { when: self.observe_ordinary(frame, now, gap), happened: None },
             None => self.observe_any(frame),
         }
     }
@@ -201,7 +217,7 @@ impl Recording {
     }
 
     /// Observes any frame.
-    pub(super) fn observe_any(&mut self, frame: &Frame) -> (When, Happened) {
+    pub(super) fn observe_any(&mut self, frame: &Frame) -> RecordedFrame {
         let of_use = self.resolution.is_of_use();
         if let Some(now) = frame.t_ns {
             self.resolution.narrow(frame, now);
@@ -260,13 +276,14 @@ impl Recording {
             self.silence_ns = silent_ns;
         }
         let (at, epoch, burst) = (frame.reference(), self.clock.steps, self.stalls.running());
-        (When { at, epoch, burst, own: false, silent_ns: self.silence_ns }, happened)
+        let when = When { at, epoch, burst, own: false, silent_ns: self.silence_ns };
+        RecordedFrame { when, happened: (happened != Happened::default()).then(|| Box::new(happened)) }
     }
 
     /// Takes an observed frame and completes its place. `commands`: a master sends such frames (SDO requests, NMT,
     /// SYNC, TIME, RPDOs, remote frames, LSS requests), and the recording host may be the master.
-    pub fn take(&mut self, when: &mut When, happened: &Happened, frame: &Frame, commands: bool) {
-        if let Some(silence) = &happened.silence {
+    pub fn take(&mut self, when: &mut When, happened: Option<&Happened>, frame: &Frame, commands: bool) {
+        if let Some(silence) = happened.and_then(|happened| happened.silence.as_ref()) {
             self.silence = Some(**silence);
         }
         self.taken_ns = frame.t_ns.or(self.taken_ns);

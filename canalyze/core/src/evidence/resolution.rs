@@ -90,6 +90,7 @@ impl Resolution {
 
     /// Returns the resolution of the stamps in ns; at least 1. If frames share a stamp, it is the common divisor;
     /// otherwise the frames may just have come at round times.
+    #[inline]
     pub(super) fn ns(&self) -> Ns {
         let most_ns = if self.shared > 0 { COARSEST_NS } else { ROUND_NS };
         self.ns.clamp(Ns(1), most_ns).max(self.batches.apart_ns().min(COARSEST_NS))

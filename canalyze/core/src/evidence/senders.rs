@@ -162,7 +162,7 @@ impl Late {
 }
 
 /// The evidence of a frame's time about its sender.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct SenderEvidence {
     /// Its lateness, if it was due since the silence began.
     pub(super) late: Option<Late>,
@@ -177,7 +177,7 @@ pub(super) struct SenderEvidence {
     /// True if it answers a SYNC with its usual delay, so that it is late only if SYNC is.
     pub(super) answers: bool,
     /// Frames of its CAN-ID that are missing before it.
-    pub(super) missed: Option<Missed>,
+    pub(super) missed: Option<Box<Missed>>,
 }
 
 /// Frames that are missing between two of an even CAN-ID that keeps its phase.
@@ -380,7 +380,7 @@ impl Senders {
 
     /// Follows a frame at `now` as [`Self::see`] does without a run; returns the frames missing before it.
     #[inline(always)]
-    pub(super) fn see_alone(&mut self, frame: &Frame, now: Ns, drain_ns: Ns) -> Option<Missed> {
+    pub(super) fn see_alone(&mut self, frame: &Frame, now: Ns, drain_ns: Ns) -> Option<Box<Missed>> {
         let (id, usual, _, missed) = self.come(frame, now)?;
         if usual.only_adds(now) {
             usual.take(now, drain_ns);
@@ -393,7 +393,7 @@ impl Senders {
     /// Takes a frame's place after SYNC; returns the index of its CAN-ID with its usual gap, true if it answers SYNC with
     /// its usual delay, and the frames missing before it.
     #[inline(always)]
-    fn come(&mut self, frame: &Frame, now: Ns) -> Option<(usize, &mut Usual, bool, Option<Missed>)> {
+    fn come(&mut self, frame: &Frame, now: Ns) -> Option<(usize, &mut Usual, bool, Option<Box<Missed>>)> {
         if self.usual.is_empty() {
             self.usual = vec![Usual::default(); IDENTIFIERS];
         }
@@ -413,7 +413,7 @@ impl Senders {
 
     /// Returns the frames missing before one at `now` of a CAN-ID that is sent by time, if it keeps its phase.
     #[inline]
-    fn missed(&self, id: usize, frame: &Frame, now: Ns) -> Option<Missed> {
+    fn missed(&self, id: usize, frame: &Frame, now: Ns) -> Option<Box<Missed>> {
         let usual = self.usual.get(id)?;
         let gap = now - usual.last_ns;
         if usual.gaps < KNOWN || gap / 3 < usual.gap_ns / 2 || gap / MISSED > usual.gap_ns {
@@ -423,7 +423,7 @@ impl Senders {
     }
 
     #[cold]
-    fn missed_by(&self, (id, usual): (usize, &Usual), counter: Option<u8>, gap: Ns) -> Option<Missed> {
+    fn missed_by(&self, (id, usual): (usize, &Usual), counter: Option<u8>, gap: Ns) -> Option<Box<Missed>> {
         let period_ns = usual.even().map(|(gap_ns, _)| gap_ns).filter(|gap_ns| *gap_ns > Ns::ZERO)?;
         let periods = (gap + period_ns / 2) / period_ns;
         let off_ns = (gap - periods * period_ns).abs();
@@ -450,7 +450,7 @@ impl Senders {
             return None;
         }
         let frames = u32::try_from(periods - 1).ok()?;
-        Some(Missed { node: (id % 0x80) as u8, frames, at_ns, period_ns, answered })
+        Some(Box::new(Missed { node: (id % 0x80) as u8, frames, at_ns, period_ns, answered }))
     }
 
     /// Iterates over the CAN-IDs that are sent on their own with even gaps.

@@ -171,7 +171,7 @@ impl Stalls {
         (last, now, gap): (Option<Ns>, Ns, Ns),
         sighting: Sighting,
         (close, exact, resolution_ns): (bool, bool, Ns),
-    ) -> Option<Missed> {
+    ) -> Option<Box<Missed>> {
         let Some(last) = last else {
             self.senders.see(frame, now, None, DRAIN_NS);
             return None;
@@ -218,7 +218,7 @@ impl Stalls {
         frame: &Frame,
         (now, gap): (Ns, Ns),
         (close, exact): (bool, bool),
-    ) -> Option<Missed> {
+    ) -> Option<Box<Missed>> {
         let missed = self.senders.see_alone(frame, now, DRAIN_NS);
         self.is_too_close(close, exact);
         self.know_gap(gap);

@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 use super::duplicates::Sighting;
 use super::period::{Confidence, Learnt};
-use super::recording::{ClockStep, Happened, Verdict};
+use super::recording::{ClockStep, Happened, RecordedFrame, Verdict};
 use super::*;
 use crate::bytes::frame::{CanId, Frame, FrameRef};
 use crate::bytes::ns::Ns;
@@ -39,9 +39,9 @@ fn stalled(frames: &[(i64, u16)], from: i64, to: i64, apart: i64) -> Vec<(i64, u
 
 /// Observes a frame and takes it at once.
 fn observe(recording: &mut Recording, frame: &Frame, commands: bool) -> (When, Happened) {
-    let (mut when, happened) = recording.observe(frame);
-    recording.take(&mut when, &happened, frame, commands);
-    (when, happened)
+    let RecordedFrame { mut when, happened } = recording.observe(frame);
+    recording.take(&mut when, happened.as_deref(), frame, commands);
+    (when, happened.map_or_else(Happened::default, |happened| *happened))
 }
 
 fn feed(recording: &mut Recording, frames: &[(i64, u16)]) -> Vec<When> {
@@ -188,7 +188,7 @@ fn frames_captured_twice_are_duplicates_at_any_distance() {
         let mut observed = Vec::new();
         for (number, (at, no, id)) in (1..).zip(&frames) {
             let frame = frame(number, *id, &[*no as u8, (*no >> 8) as u8], *at);
-            observed.push((frame.reference(), recording.observe(&frame).1.sighting));
+            observed.push((frame.reference(), recording.observe(&frame).happened.unwrap_or_default().sighting));
         }
         recording.settle();
         assert!(recording.shows_duplicates(), "{apart}");

@@ -11,8 +11,7 @@ use std::collections::VecDeque;
 use super::capture::Origin;
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::bytes::ns::Ns;
-use crate::evidence::When;
-use crate::evidence::recording::Happened;
+use crate::evidence::recording::RecordedFrame;
 
 /// For how long the next frame of an SDO channel is awaited, in ns, and in frames where there are no stamps: servers
 /// answer sooner.
@@ -28,7 +27,7 @@ pub(super) struct Placed {
     /// The frame before it on its bus, where their stamps can be compared.
     pub(super) before: Option<FrameRef>,
     /// Its place in the recording; `None` where nobody asks what frames mean.
-    pub(super) seen: Option<(When, Happened)>,
+    pub(super) seen: Option<RecordedFrame>,
 }
 
 /// Frames that wait, in the order of the capture.

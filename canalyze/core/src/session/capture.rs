@@ -201,20 +201,27 @@ impl Capture {
         self.of_held = None;
     }
 
-    /// The frame before this one on its bus, where it is in the same file and both stamps can be compared.
+    /// Takes the next frame of a bus in the file.
     #[inline]
-    pub(super) fn before(&mut self, frame: &Frame) -> Option<FrameRef> {
+    pub(super) fn follow(&mut self, frame: &Frame) {
         let bus = usize::from(frame.bus.0);
         if self.file.last.len() <= bus {
-            self.file.last.resize(bus + 1, None);
+            self.file.last.resize(bus + 1, [None; 2]);
         }
-        let before = self.file.last.get_mut(bus)?.replace(frame.reference());
+        if let Some([before, last]) = self.file.last.get_mut(bus) {
+            (*before, *last) = (*last, Some(frame.reference()));
+        }
+    }
+
+    /// The frame before the last one of a bus, where it is in the same file and both stamps can be compared.
+    pub(super) fn before(&self, bus: BusId) -> Option<FrameRef> {
+        let [before, _] = *self.file.last.get(usize::from(bus.0))?;
         before.filter(|_| !self.file.misread)
     }
 
     /// A line of the file that is no frame, as a place on this bus: behind its last frame in the file, if there is one.
     pub(super) fn behind(&self, bus: BusId, line: Option<u64>) -> FrameRef {
-        let last = self.file.last.get(usize::from(bus.0)).copied().flatten();
+        let last = self.file.last.get(usize::from(bus.0)).and_then(|[_, last]| *last);
         last.unwrap_or_default().with_line(line)
     }
 

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::bytes::frame::{BusId, Buses, Frame, FrameRef};
 use crate::bytes::ns::Ns;
 use crate::evidence::duplicates::Sighting;
-use crate::evidence::recording::Happened;
+use crate::evidence::recording::RecordedFrame;
 use crate::evidence::services::Nature;
 use crate::evidence::{Evidence, Recording, When};
 use crate::problems::problem::ProblemId;
@@ -184,7 +184,7 @@ impl Decoding {
     }
 
     /// Gives a frame its place in the recording of its bus.
-    pub(super) fn observe(&mut self, frame: &Frame, buses: &Buses) -> Option<(When, Happened)> {
+    pub(super) fn observe(&mut self, frame: &Frame, buses: &Buses) -> Option<RecordedFrame> {
         if self.blind {
             return None;
         }
@@ -233,8 +233,8 @@ impl Decoding {
     /// A frame as verdicts see it, where that is another one: without its time, as its stamp says nothing of that. What is
     /// printed has the stamp all the same ([`Self::restore`]).
     #[inline]
-    pub(super) fn judged(&mut self, frame: &Frame, seen: Option<&(When, Happened)>) -> Option<Frame> {
-        let (when, _) = seen?;
+    pub(super) fn judged(&mut self, frame: &Frame, seen: Option<&RecordedFrame>) -> Option<Frame> {
+        let RecordedFrame { when, .. } = seen?;
         if when.at.t_ns == frame.t_ns {
             return None;
         }
@@ -287,10 +287,10 @@ impl Decoding {
     }
 
     /// Takes a frame that was observed. `next`: the next one of its SDO channel, where it was read ahead.
-    pub(super) fn step(&mut self, frame: &Frame, seen: Option<&(When, Happened)>, next: Option<&Frame>, buses: &Buses) {
-        let Some((when, happened)) = seen else { return };
+    pub(super) fn step(&mut self, frame: &Frame, seen: Option<&RecordedFrame>, next: Option<&Frame>, buses: &Buses) {
+        let Some(RecordedFrame { when, happened }) = seen else { return };
         self.moves |= frame.is_relisted();
-        self.on_bus(frame.bus, buses, next, |_| *when, |bus, cx| bus.step(frame, happened, cx));
+        self.on_bus(frame.bus, buses, next, |_| *when, |bus, cx| bus.step(frame, happened.as_deref(), cx));
         if let Some(verification) = &mut self.verification {
             verification.frame(frame, &mut self.events, buses);
         }

@@ -13,9 +13,8 @@ use crate::bytes::frame::{BusId, Buses, Frame, FrameRef};
 use crate::bytes::info::Info;
 use crate::bytes::ns::Ns;
 use crate::bytes::readers::{Contents, Damage, Item, Marker};
-use crate::evidence::When;
 use crate::evidence::order::Order;
-use crate::evidence::recording::Happened;
+use crate::evidence::recording::RecordedFrame;
 use crate::rules::capture::{Cap006, Cap007, Cap009};
 use crate::rules::finding::{Code, Finding};
 use crate::tables::jsonl;
@@ -78,11 +77,11 @@ impl Stream {
                 self.part(buses, out);
             }
         }
-        let before = self.capture.before(frame);
+        self.capture.follow(frame);
         if self.decoding.is_blind() || self.order.passes(frame) {
-            return self.observe(frame, before, None, buses, out);
+            return self.observe(frame, None, buses, out);
         }
-        self.order.hold(frame, before, self.capture.origin());
+        self.order.hold(frame, self.capture.before(frame.bus), self.capture.origin());
         self.arrange(false, buses, out);
     }
 
@@ -100,30 +99,26 @@ impl Stream {
         while !self.sinks.is_done()
             && let Some((frame, before, origin)) = self.order.next(over)
         {
-            self.observe(&frame, before, Some(origin), buses, out);
+            self.observe(&frame, Some((before, origin)), buses, out);
         }
         self.capture.caught_up();
     }
 
-    /// Gives a frame its place in the recording. `origin`: its file, where it was held back.
+    /// Gives a frame its place in the recording. `held`: the frame before it on its bus and its file, where it was held
+    /// back.
     #[inline(always)]
-    fn observe(
-        &mut self,
-        frame: &Frame,
-        before: Option<FrameRef>,
-        origin: Option<Origin>,
-        buses: &Buses,
-        out: &mut Vec<u8>,
-    ) {
+    fn observe(&mut self, frame: &Frame, held: Option<(Option<FrameRef>, Origin)>, buses: &Buses, out: &mut Vec<u8>) {
         let seen = self.decoding.observe(frame, buses);
         if self.ahead.is_empty() && self.decoding.is_decided() && !self.decoding.is_ambiguous(frame) {
             if self.ends_before(frame, buses, out) {
                 return;
             }
+            let (before, origin) = held.unzip();
             self.capture.take(frame, origin);
-            return self.frame(frame, (before.as_ref(), None), seen.as_ref(), buses, out);
+            return self.frame(frame, (before, None), seen.as_ref(), buses, out);
         }
-        self.ahead.hold(Placed { frame: *frame, before, seen }, origin.unwrap_or_else(|| self.capture.origin()));
+        let (before, origin) = held.unwrap_or_else(|| (self.capture.before(frame.bus), self.capture.origin()));
+        self.ahead.hold(Placed { frame: *frame, before, seen }, origin);
         self.release(false, buses, out);
     }
 
@@ -164,7 +159,7 @@ impl Stream {
             let Some((Placed { frame, before, seen }, origin)) = self.ahead.take() else { break };
             if !self.sinks.is_done() && !self.ends_before(&frame, buses, out) {
                 self.capture.take(&frame, Some(origin));
-                self.frame(&frame, (before.as_ref(), next.as_deref()), seen.as_ref(), buses, out);
+                self.frame(&frame, (Some(before), next.as_deref()), seen.as_ref(), buses, out);
             }
         }
         self.capture.caught_up();
@@ -180,23 +175,24 @@ impl Stream {
     pub(super) fn frame(
         &mut self,
         frame: &Frame,
-        (before, next): (Option<&FrameRef>, Option<&Frame>),
-        seen: Option<&(When, Happened)>,
+        (held, next): (Option<Option<FrameRef>>, Option<&Frame>),
+        seen: Option<&RecordedFrame>,
         buses: &Buses,
         out: &mut Vec<u8>,
     ) {
         let holed = self.decoding.is_behind_hole(frame);
-        let stepped = seen.is_some_and(|(_, happened)| happened.step.is_some());
+        let stepped = seen.is_some_and(RecordedFrame::is_behind_step);
+        let before = if holed || stepped { held.unwrap_or_else(|| self.capture.before(frame.bus)) } else { None };
         if holed && let Some(before) = before {
             self.sinks.take(out, &self.capture.view(buses), Notice::Gap(frame.bus, false));
-            self.decoding.lost(frame.bus, *before, buses);
+            self.decoding.lost(frame.bus, before, buses);
             self.aside(buses, out);
         }
         let judged = self.decoding.judged(frame, seen);
         let judged = judged.as_ref().unwrap_or(frame);
         self.decoding.step(judged, seen, next, buses);
         if (holed || stepped)
-            && let Some((before, apart)) = before.and_then(|before| Some((*before, frame.reference().since(*before)?)))
+            && let Some((before, apart)) = before.and_then(|before| Some((before, frame.reference().since(before)?)))
         {
             if holed {
                 self.decoding.find(judged, Cap007::Silent { silence: apart }.into(), Some(before));

@@ -209,23 +209,25 @@ impl Bus {
 
     /// Takes one frame: appends its own event, then what became due before it, then its consequences.
     #[inline]
-    pub fn step(&mut self, frame: &Frame, happened: &Happened, cx: &mut Context<'_>) {
+    pub fn step(&mut self, frame: &Frame, happened: Option<&Happened>, cx: &mut Context<'_>) {
         self.began_ns = self.began_ns.or(frame.t_ns);
         let role = self.roles.of(frame.id);
         cx.evidence.recording.take(&mut cx.when, happened, frame, role.is_command());
         let waits = |now: Ns| now - self.writes_since_ns <= UNANSWERED_NS;
         let role = if cx.when.at.t_ns.is_none_or(waits) { role } else { self.role_after_writes(frame, cx) };
-        cx.sighting = cx.evidence.recording.sighting(cx.at, happened.sighting);
+        cx.sighting =
+            cx.evidence.recording.sighting(cx.at, happened.map_or(Sighting::Original, |happened| happened.sighting));
         self.again = cx.sighting == Sighting::Duplicate;
         if cx.evidence.recording.is_first_of_stall(cx.when) {
             cx.evidence.circumstances.note(circumstance::CircumstanceKind::Stall, None, cx.when);
         }
-        if let Some(paused) = happened.silence.as_ref().map(|silence| silence.paused).filter(|paused| *paused != 0) {
+        let silence = happened.and_then(|happened| happened.silence.as_ref());
+        if let Some(paused) = silence.map(|silence| silence.paused).filter(|paused| *paused != 0) {
             let only = (paused.count_ones() == 1).then(|| paused.trailing_zeros() as u8);
             cx.evidence.circumstances.note(circumstance::CircumstanceKind::Pause, only, cx.when);
         }
         let start = cx.events.len();
-        if let Some(step) = happened.step {
+        if let Some(step) = happened.and_then(|happened| happened.step) {
             cx.evidence.circumstances.note(circumstance::CircumstanceKind::Gap, None, cx.when);
             if step == ClockStep::NewRecording {
                 cx.release_all();
@@ -426,19 +428,26 @@ impl Bus {
             return self.unconfirmed(name, content.by(from), frame, cx);
         }
         let refuted = asked.map(|asked| (asked.cob.is_some(), asked.is_refuted_by(frame.len)));
-        let is_off = known.is_some_and(Pdo::is_off);
-        let sync = self.checks.sync.place(node, known, frame, cx.evidence.recording.lag_ns());
-        let (content, fit) = self.checks.content(name, content, frame);
+        let (state, is_off) = (self.checks.nodes.state(node), known.is_some_and(Pdo::is_off));
         let own = cx.events.len();
+        cx.push(
+            None,
+            Some(node),
+            What::Pdo(ProcessData { transmit, number, node, content, state, sync: None, is_off }),
+        );
+        // It is judged where it is: to move it once more costs as much as to judge it.
+        let Some(Event { what: What::Pdo(data), .. }) = cx.events.last_mut() else { return };
+        if let Some(place) = self.checks.sync.place(node, known, frame, cx.evidence.recording.lag_ns()) {
+            data.sync = Some(place);
+        }
+        let fit = self.checks.content(name, &mut data.content, frame);
         let consumed = (transmit && fit.is_by_own_mapping()).then(|| self.by_consumer(frame));
-        let data = ProcessData { transmit, number, node, content, state: self.checks.nodes.state(node), sync, is_off };
-        cx.push(None, Some(node), What::Pdo(data));
         if cx.sighting == Sighting::Duplicate {
             return;
         }
         self.checks.due(frame, cx);
         reported(&mut self.publisher, own, frame, cx);
-        self.checks.process_data(name, known, fit, &self.nodes, frame, cx);
+        self.checks.process_data(name, known, &fit, &self.nodes, frame, cx);
         if let Some(consumed) = consumed {
             self.checks.consumed(name, &consumed, &self.nodes, frame, cx);
         }
@@ -486,7 +495,8 @@ impl Bus {
 
     /// Returns the signals of a PDO by the mapping of a node that receives it.
     fn by_consumer(&self, frame: &Frame) -> Signals {
-        let consumed = self.roles.consumer(frame.id).and_then(|(node, number)| {
+        let Some((node, number)) = self.roles.consumer(frame.id) else { return Signals::None(Unmapped::Unknown) };
+        let consumed = || {
             let consumer = self.nodes.get(node)?;
             let asked = consumer.unconfirmed_pdo(false, number);
             if let Some((mapping, from)) = asked.and_then(|asked| asked.mapping_of(frame.len)) {
@@ -500,8 +510,8 @@ impl Bus {
                 }
                 _ => None,
             }
-        });
-        consumed.unwrap_or(Signals::None(Unmapped::Unknown))
+        };
+        consumed().unwrap_or(Signals::None(Unmapped::Unknown))
     }
 
     fn srdo(&mut self, number: u8, inverted: bool, frame: &Frame, cx: &mut Context<'_>) {

@@ -127,10 +127,10 @@ impl PdoLength {
         number: u16,
         node: u8,
         known: Option<&Node>,
-        misfit: Misfit,
+        misfit: &Misfit,
         cx: &mut Context<'_>,
     ) {
-        let Misfit { found, mapped, from, consumer } = misfit;
+        let Misfit { found, mapped, from, consumer } = *misfit;
         let lengths = self.nodes.get(consumer.map_or(node, |(consumer, _)| consumer));
         // A device may have stored another mapping than the EDS default, unless it was seen to keep that.
         let (place, bit) = bit(transmit, number);

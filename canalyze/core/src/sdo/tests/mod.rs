@@ -11,6 +11,7 @@ use super::wire::{Mux, Side};
 use crate::bytes::frame::{BusId, CanId, Frame};
 use crate::bytes::ns::Ns;
 use crate::evidence::duplicates::Sighting;
+use crate::evidence::recording::RecordedFrame;
 use crate::evidence::{Evidence, When};
 use crate::rules::finding::{Code, Finding, Severity};
 use crate::world::context::{Chunk, Context};
@@ -79,8 +80,8 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
         let behind =
             frames.get(no + 1).map(|(side, bytes)| (*side, placed(*side, bytes, no + 1, time(no + 1).map(Ns))));
         at = frame.reference();
-        let (mut when, happened) = evidence.recording.observe(&frame);
-        evidence.recording.take(&mut when, &happened, &frame, *side == Side::Client);
+        let RecordedFrame { mut when, happened } = evidence.recording.observe(&frame);
+        evidence.recording.take(&mut when, happened.as_deref(), &frame, *side == Side::Client);
         let mut cx = Context {
             events: &mut events,
             next_transfer: &mut next,
