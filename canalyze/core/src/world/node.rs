@@ -242,6 +242,8 @@ pub struct Node {
     pub configuration: Configuration,
     /// Receive first, by number.
     pdos: Vec<Pdo>,
+    /// The key of each, apart: they are looked for at every frame of a PDO.
+    keys: Vec<u16>,
     /// Those with requests of unanswered writes, in the same order.
     unconfirmed: Vec<UnconfirmedPdo>,
     /// By its device type.
@@ -304,7 +306,7 @@ impl Node {
 
     /// Returns the requests of unanswered writes about one PDO.
     pub fn unconfirmed_pdo(&self, transmit: bool, number: u16) -> Option<&UnconfirmedPdo> {
-        let found = self.unconfirmed.binary_search_by_key(&(transmit, number), |pdo| (pdo.transmit, pdo.number));
+        let found = self.unconfirmed.binary_search_by_key(&key(transmit, number), |pdo| key(pdo.transmit, pdo.number));
         found.ok().and_then(|place| self.unconfirmed.get(place))
     }
 
@@ -315,7 +317,7 @@ impl Node {
 
     /// One PDO.
     pub fn pdo(&self, transmit: bool, number: u16) -> Option<&Pdo> {
-        let found = self.pdos.binary_search_by_key(&(transmit, number), |pdo| (pdo.transmit, pdo.number));
+        let found = self.keys.binary_search(&key(transmit, number));
         found.ok().and_then(|place| self.pdos.get(place))
     }
 
@@ -359,10 +361,12 @@ impl Node {
         let (communication, mapping) = (communication_parameter(transmit, number), mapping_parameter(transmit, number));
         let known = self.configuration.holds(communication) || self.configuration.holds(mapping);
         let pdo = known.then(|| self.compiled(transmit, number));
-        put(&mut self.pdos, (transmit, number), pdo, |pdo| (pdo.transmit, pdo.number));
+        let place = key(transmit, number);
+        put(&mut self.keys, place, known.then_some(place), |place| *place);
+        put(&mut self.pdos, place, pdo, |pdo| key(pdo.transmit, pdo.number));
         let requested = self.configuration.is_requested(communication) || self.configuration.is_requested(mapping);
         let unconfirmed = requested.then(|| self.compiled_unconfirmed(transmit, number));
-        put(&mut self.unconfirmed, (transmit, number), unconfirmed, |pdo| (pdo.transmit, pdo.number));
+        put(&mut self.unconfirmed, place, unconfirmed, |pdo| key(pdo.transmit, pdo.number));
     }
 
     fn compiled_unconfirmed(&self, transmit: bool, number: u16) -> UnconfirmedPdo {
@@ -495,6 +499,11 @@ impl Node {
             factor: object.map_or(1.0, |object| object.factor),
         }
     }
+}
+
+/// Returns a number by which the PDOs of a node are ordered: numbers are compared without a branch.
+fn key(transmit: bool, number: u16) -> u16 {
+    u16::from(transmit) << 15 | number
 }
 
 /// Inserts an element into others that are ordered by their keys, or removes it.
