@@ -33,7 +33,7 @@ impl ObjectRows {
 }
 
 impl Sink for ObjectRows {
-    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, passing: &Passing<'_>, events: &mut Vec<Event>) {
         self.inventory.boot_ups(events);
         if passing.shown {
             self.inventory.frame(passing.frame, events);
@@ -86,7 +86,7 @@ impl HistoryRows {
 }
 
 impl Sink for HistoryRows {
-    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: &Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             sighting::each(passing.frame, events, &mut |sighting| self.write(out, view, &sighting));
         }
@@ -115,7 +115,7 @@ impl PdoRows {
 }
 
 impl Sink for PdoRows {
-    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, passing: &Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             self.kept.frame(passing.frame, events);
         }

@@ -264,7 +264,7 @@ impl Calls {
             match frame {
                 Some(frame) => {
                     let passing = Passing { frame, service: service(scratch), shown: true, sync: (0, None) };
-                    sink.frame(out, &view, passing, scratch);
+                    sink.frame(out, &view, &passing, scratch);
                 }
                 None => sink.take(out, &view, Notice::Asides(scratch)),
             }
@@ -319,8 +319,8 @@ impl Drop for Deferred {
 }
 
 impl Sink for Deferred {
-    fn frame(&mut self, _out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
-        let Passing { frame, shown, .. } = passing;
+    fn frame(&mut self, _out: &mut Vec<u8>, view: &View<'_>, passing: &Passing<'_>, events: &mut Vec<Event>) {
+        let Passing { frame, shown, .. } = *passing;
         if shown {
             let count = events.len() as u32;
             self.calls.events.append(events);

@@ -24,7 +24,7 @@ use crate::world::network::Network;
 pub(super) struct Text(pub(super) Lines);
 
 impl Sink for Text {
-    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: &Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             self.0.clock = view.jsonl.clock;
             self.0.frame(out, passing.frame, events, view.buses);
@@ -47,7 +47,7 @@ impl Sink for Text {
 pub(super) struct LineRows(pub(super) Lines);
 
 impl Sink for LineRows {
-    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: &Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             self.0.clock = view.jsonl.clock;
             jsonl::line(out, passing.frame.no, |text| self.0.frame(text, passing.frame, events, view.buses));
@@ -60,7 +60,7 @@ impl Sink for LineRows {
 pub(super) struct FrameRows(jsonl::FrameObjects);
 
 impl Sink for FrameRows {
-    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: &Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             self.0.frame(out, view.jsonl, passing.frame, events);
         }
@@ -154,7 +154,7 @@ impl FindingRows {
 }
 
 impl Sink for FindingRows {
-    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: &Passing<'_>, events: &mut Vec<Event>) {
         self.context.push(passing.frame, (!events.is_empty()).then(|| events.remove(0)));
         if passing.shown {
             self.write(out, view, events, |_, finding, _| self.filter.takes_finding(finding));
@@ -183,7 +183,7 @@ impl SummaryRows {
 }
 
 impl Sink for SummaryRows {
-    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, passing: &Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             self.0.frame(passing.frame, events);
         }
@@ -206,7 +206,7 @@ impl Sink for SummaryRows {
 pub(super) struct ObservedRows(Observed);
 
 impl Sink for ObservedRows {
-    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, passing: &Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             self.0.frame(passing.frame, events);
         }

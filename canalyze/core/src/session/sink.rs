@@ -104,7 +104,7 @@ pub(super) enum Notice<'a> {
 /// An output, with its state from frame to frame.
 pub(super) trait Sink: Any + Debug + Send + Sync {
     /// Takes a frame with its events. A sink that keeps the frame's own event removes it, and is the last one.
-    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, _passing: Passing<'_>, _events: &mut Vec<Event>) {}
+    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, _passing: &Passing<'_>, _events: &mut Vec<Event>) {}
 
     /// Takes a notice.
     fn take(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, _notice: Notice<'_>) {}
@@ -116,7 +116,7 @@ pub(super) trait Sink: Any + Debug + Send + Sync {
 }
 
 impl Sink for Signals {
-    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: &Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             Signals::frame(self, out, view.jsonl, passing.frame, events);
         }
@@ -139,7 +139,7 @@ pub(super) struct Digested {
 }
 
 impl Sink for Digested {
-    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, _out: &mut Vec<u8>, _view: &View<'_>, passing: &Passing<'_>, events: &mut Vec<Event>) {
         self.digest.extend(passing.frame);
         if passing.shown {
             self.digest.frame(passing.frame, events);
@@ -164,7 +164,7 @@ impl Sink for Digested {
 }
 
 impl Sink for Writer {
-    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: &Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             Writer::frame(self, out, view.writing, passing.frame);
             self.events(out, view.writing, Some(passing.frame), events);
@@ -185,7 +185,7 @@ impl Sink for Writer {
 }
 
 impl Sink for Monitor {
-    fn frame(&mut self, _out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+    fn frame(&mut self, _out: &mut Vec<u8>, view: &View<'_>, passing: &Passing<'_>, events: &mut Vec<Event>) {
         Monitor::frame(self, view.jsonl, passing.service.0, passing.frame, events, passing.shown);
     }
 
@@ -203,8 +203,8 @@ impl Sink for Monitor {
 }
 
 impl Sink for Columns {
-    fn frame(&mut self, _out: &mut Vec<u8>, view: &View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
-        let Passing { frame, service, shown, sync: (cycle, window_ns) } = passing;
+    fn frame(&mut self, _out: &mut Vec<u8>, view: &View<'_>, passing: &Passing<'_>, events: &mut Vec<Event>) {
+        let Passing { frame, service, shown, sync: (cycle, window_ns) } = *passing;
         Columns::frame(self, Seen { service, cycle, window_ns, shown, setting: view.jsonl }, frame, events);
     }
 

@@ -192,7 +192,7 @@ impl Sinks {
         if self.wants & FRAMES != 0 {
             let passing = self.passing(view, frame, events, (0, None));
             self.shown += u64::from(passing.shown);
-            self.group(0).for_each(|sink| sink.frame(out, view, passing, events));
+            self.group(0).for_each(|sink| sink.frame(out, view, &passing, events));
         }
     }
 
@@ -220,7 +220,7 @@ impl Sinks {
         sync: (u64, Option<Ns>),
     ) {
         let (passing, mut out) = (self.passing(view, frame, events, sync), Vec::new());
-        self.group(BESIDE).for_each(|sink| sink.frame(&mut out, view, passing, events));
+        self.group(BESIDE).for_each(|sink| sink.frame(&mut out, view, &passing, events));
         self.transfers(&mut out, view, events, BESIDE);
     }
 
@@ -268,6 +268,7 @@ impl Sinks {
     }
 
     /// Returns a frame with the result of the filters.
+    #[inline]
     fn passing<'a>(&self, view: &View<'_>, frame: &'a Frame, events: &[Event], sync: (u64, Option<Ns>)) -> Passing<'a> {
         let Scope { filter, masks, .. } = &self.scope;
         let seen = || Seen { lang: view.jsonl.lang, frame, events, further: None };
