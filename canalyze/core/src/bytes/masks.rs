@@ -58,6 +58,7 @@ impl Masks {
     }
 
     /// Returns true if any entry for the frame's channel shows the frame.
+    #[inline]
     pub fn shows(&self, frame: &Frame, buses: &Buses) -> bool {
         if self.channels.is_empty() {
             return true;

@@ -398,7 +398,8 @@ pub fn explain(out: &mut Vec<u8>, lang: Lang, frame: &Frame, buses: &Buses) {
 fn data(out: &mut Vec<u8>, frame: &Frame) {
     // Eight bytes in one piece: what nearly every frame needs.
     let payload = frame.payload();
-    let mut field = known::data(frame.head(), payload.len().min(8) as u8);
+    let mut field = [0; known::DATA];
+    known::put_data(&mut field, frame.head(), payload.len().min(8) as u8);
     if frame.kind == Kind::Remote {
         for (slot, byte) in field.iter_mut().zip(b" remote request") {
             *slot = *byte;

@@ -171,6 +171,7 @@ pub struct KnownTexts<const MOST: usize = 54> {
 
 /// A text of up to `MOST` bytes; none has a length of 0.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 struct KnownText<const MOST: usize> {
     key: u64,
     bytes: [u8; MOST],

@@ -6,7 +6,7 @@ use crate::words::digits::{hex_digits, put_beginning};
 use crate::world::event::{Event, ProcessData, Signals, Unmapped, What};
 
 /// Bytes of the data column: eight bytes, each behind a blank.
-const DATA: usize = 24;
+pub(super) const DATA: usize = 24;
 
 /// All that decides such a line from the bus to its signals, except for its data and the layout of the columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,8 +47,9 @@ impl PdoForm {
     }
 }
 
-/// A line from the bus to its signals.
+/// A line from the bus to its signals, in two lines of the processor's cache.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 struct KnownLine {
     form: PdoForm,
     bytes: [u8; KnownLines::MOST],
@@ -87,7 +88,7 @@ impl KnownLines {
         put_beginning(out, &known.bytes, usize::from(known.len));
         let place = start + usize::from(known.data);
         if let Some(column) = out.get_mut(place..).and_then(<[u8]>::first_chunk_mut) {
-            *column = data(frame.head(), frame.len);
+            put_data(column, frame.head(), frame.len);
         }
         true
     }
@@ -111,15 +112,15 @@ impl KnownLines {
     }
 }
 
-/// Returns the data column of a frame with up to eight bytes.
+/// Writes the data column of a frame with up to eight bytes, where it has to be: bytes that were just written one by one
+/// are slow to copy.
 #[inline]
-pub(super) fn data(bytes: [u8; 8], len: u8) -> [u8; DATA] {
-    let mut column = [b' '; DATA];
+pub(super) fn put_data(column: &mut [u8; DATA], bytes: [u8; 8], len: u8) {
+    *column = [b' '; DATA];
     for ([_, high, low], byte) in column.as_chunks_mut::<3>().0.iter_mut().zip(bytes) {
         [*high, *low] = hex_digits(byte);
     }
     if len < 8 {
         column.get_mut(3 * usize::from(len)..).unwrap_or_default().fill(b' ');
     }
-    column
 }
