@@ -554,7 +554,7 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> LineContent {
         let what = line.made(frame);
         match console::way(first) {
             Some(way) => _ = line.frame.dir.get_or_insert(way),
-            None => line.bus = first,
+            None => line.bus = interface(first),
         }
         return what;
     }
@@ -575,7 +575,7 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> LineContent {
     }
     line.console = true;
     if second == b"ERROR" && after.is_empty() && (stamped || first.iter().any(u8::is_ascii_digit)) {
-        line.bus = first;
+        line.bus = interface(first);
         return LineContent::Error;
     }
     let frame = console::frame(rest, &mut line.frame);
@@ -583,13 +583,19 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> LineContent {
     match &mut what {
         LineContent::Frame => match said(first) {
             Some(way) => line.frame.dir = line.frame.dir.or(way),
-            None => line.bus = first.strip_suffix(b":").unwrap_or(first),
+            None => line.bus = interface(first),
         },
         // Two words of prose are not a cut frame: a stamp, a direction or a numbered interface is required.
         LineContent::Unreadable(fail) => fail.end &= stamped || first.iter().any(u8::is_ascii_digit),
         _ => {}
     }
     what
+}
+
+/// Returns the interface that a word names: colons behind a name are no part of it.
+fn interface(word: &[u8]) -> &[u8] {
+    let end = word.iter().rposition(|byte| *byte != b':').map_or(word.len(), |end| end + 1);
+    word.get(..end).unwrap_or(word)
 }
 
 /// Words before a frame that say what it is, beside those for its direction; no interface has such a name.

@@ -414,6 +414,9 @@ fn what_people_write_before_a_frame() {
         ("ID: 601 [1] 40", "601 1 40"),
         ("COB-ID 601 [1] 40", "601 1 40"),
         ("can0: 601 [1] 40", "can0 601 1 40"),
+        ("can0:: 601 [1] 40", "can0 601 1 40"),
+        ("can0: 601#40", "can0 601 1 40"),
+        ("(1.5) can0: 601#40", "1500000000 can0 601 1 40"),
     ] {
         assert_eq!(read(&format!("{line}\n")), format!("1: {frame}\n1 lines\n"), "{line}");
     }
