@@ -471,9 +471,6 @@ class Session:
         error frames are frames too, dropped ones are lost for the session.
         """
     @property
-    def threads(self) -> int:
-        """Threads that share the work on a piece of a file."""
-    @property
     def done(self) -> bool:
         """True if `count` frames have been shown; further bytes are ignored."""
     @property

@@ -115,11 +115,8 @@ _JOINED: Final = 4 << 20
 """Bytes that are fed of all files together at once, where they are joined by time: their frames wait in memory."""
 _LEAST: Final = 16 << 10
 """Bytes that are fed of one of them at least."""
-_RESULT: Final = 1 << 20
-"""Bytes that a result has at most, about: as many are fed at once as come to that, of what came before. It stays in the
-cache of a processor."""
-_SHARED: Final = 4 << 20
-"""The same where threads share the work: they begin and end with each."""
+_RESULT: Final = 4 << 20
+"""Bytes that a result has at most, about: as many are fed at once as come to that, of what came before."""
 _BEGINNING: Final = 128 << 10
 """Bytes that are fed of an input before that is known."""
 
@@ -234,7 +231,6 @@ class Reading:
             self._name, self._held, self._more = capture.name, [], 0
         joined = len(inputs) > 1
         most = max(_LEAST, _JOINED // len(inputs)) if joined else _BEGINNING
-        result_size = _RESULT if session.threads == 1 else _SHARED
         open_ = dict(enumerate(inputs))
         while open_ and not session.done and (number := session.wants()) is not None:
             one = open_[number]
@@ -253,7 +249,7 @@ class Reading:
                 result = session.feed(data, number)
                 yield from self._results(result, hold=hold)
                 if not joined:
-                    most = max(_BEGINNING, result_size * len(data) // max(len(result), 1))
+                    most = max(_BEGINNING, _RESULT * len(data) // max(len(result), 1))
                 self._remarks(one.capture)
                 self._reader.step(one.capture.taken - one.taken, session.frames)
                 one.taken = one.capture.taken

@@ -295,11 +295,6 @@ impl Session {
     }
 
     #[getter]
-    fn threads(&self, py: Python<'_>) -> usize {
-        self.run(py, |core| core.threads())
-    }
-
-    #[getter]
     fn done(&self, py: Python<'_>) -> bool {
         self.run(py, |core| core.is_done())
     }

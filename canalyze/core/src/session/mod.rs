@@ -320,11 +320,6 @@ impl Session {
         self.stream.sinks.find_mut::<Digested>().map(|one| std::mem::take(&mut one.digest))
     }
 
-    /// Returns the number of threads that share the work on a piece of a file.
-    pub fn threads(&self) -> usize {
-        self.threads
-    }
-
     /// As many frames were shown as [`Scope::limit`] allows: nothing further is taken.
     pub fn is_done(&self) -> bool {
         self.stream.sinks.is_done()
