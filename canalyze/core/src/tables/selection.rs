@@ -3,6 +3,7 @@
 //! Found once a mapping, PDO and node, and remembered: nine tenths of a capture's frames ask the same again. Must not:
 //! write anything.
 
+use std::collections::BTreeMap;
 use std::mem::{Discriminant, discriminant};
 use std::sync::{Arc, OnceLock};
 
@@ -12,9 +13,9 @@ use crate::wire::pdo::mapping::Mapping;
 use crate::words::{Lang, signal};
 use crate::world::configuration::Provenance;
 
-/// Places for what is remembered, and mappings at each at most: every bus has its own, and so has every node that is
-/// configured anew.
-const PLACES: usize = 1024;
+/// PDOs whose selection is remembered at most, and mappings of each: every bus has its own, and so has every node that
+/// is configured anew.
+const PDOS: usize = 4096;
 const MAPPINGS: usize = 64;
 
 /// The PDO that a signal is in.
@@ -60,13 +61,12 @@ pub(super) struct Chosen {
 pub(super) struct Selection {
     lang: Lang,
     select: Select,
-    /// By their PDO's place, where others may be; the one used last first.
-    known: Vec<Vec<Known>>,
+    /// By [`Whose::key`]; the one used last first.
+    known: BTreeMap<u64, Vec<Known>>,
 }
 
 #[derive(Debug)]
 struct Known {
-    whose: Whose,
     mapping: Arc<Mapping>,
     from: Discriminant<Provenance>,
     chosen: Vec<Chosen>,
@@ -75,7 +75,7 @@ struct Known {
 impl Selection {
     /// Nothing seen yet.
     pub(super) fn new(lang: Lang, select: Select) -> Self {
-        Self { lang, select, known: Vec::new() }
+        Self { lang, select, known: BTreeMap::new() }
     }
 
     /// Returns true if all signals are listed.
@@ -86,13 +86,12 @@ impl Selection {
     /// The signals of a mapping that are listed, in its order; other ones where it is known in another way.
     pub(super) fn of(&mut self, whose: Whose, mapping: &Arc<Mapping>, from: Provenance) -> &[Chosen] {
         let from = discriminant(&from);
-        let is_it = |one: &Known| Arc::ptr_eq(&one.mapping, mapping) && one.from == from && one.whose == whose;
-        if self.known.is_empty() {
-            self.known.resize_with(PLACES, Vec::new);
+        let is_it = |one: &Known| Arc::ptr_eq(&one.mapping, mapping) && one.from == from;
+        let key = whose.key();
+        if self.known.len() >= PDOS && !self.known.contains_key(&key) {
+            self.known.clear();
         }
-        // Multiplied by 2^64 by the golden ratio, numbers that are close to each other have places of their own.
-        let place = (whose.key().wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize % PLACES;
-        let Some(known) = self.known.get_mut(place) else { return &[] };
+        let known = self.known.entry(key).or_default();
         match known.iter().position(is_it) {
             Some(place) => known.swap(0, place),
             None => {
@@ -100,7 +99,7 @@ impl Selection {
                     known.clear();
                 }
                 let chosen = choose(self.lang, &self.select, whose, mapping);
-                known.insert(0, Known { whose, mapping: Arc::clone(mapping), from, chosen });
+                known.insert(0, Known { mapping: Arc::clone(mapping), from, chosen });
             }
         }
         known.first().map_or(&[], |one| &one.chosen)
