@@ -172,6 +172,8 @@ impl Stream {
         self.release(true, buses, out);
     }
 
+    /// Judges and writes a frame. `held`: the frame before it on its bus, if any, where it was held back; otherwise the
+    /// capture has that one. `next`: the next one of its SDO channel, where it was read ahead.
     pub(super) fn frame(
         &mut self,
         frame: &Frame,

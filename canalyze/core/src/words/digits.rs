@@ -169,7 +169,7 @@ pub struct KnownTexts<const MOST: usize = 54> {
     few: usize,
 }
 
-/// A text of up to `MOST` bytes; none has a length of 0.
+/// A text of up to `MOST` bytes; none has a length of 0. Aligned, so that it begins a line of the processor's cache.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct KnownText<const MOST: usize> {

@@ -435,7 +435,7 @@ impl Bus {
             Some(node),
             What::Pdo(ProcessData { transmit, number, node, content, state, sync: None, is_off }),
         );
-        // It is judged where it is: to move it once more costs as much as to judge it.
+        // It is judged where it is, since bytes that were just written are slow to move. The last event is the one above.
         let Some(Event { what: What::Pdo(data), .. }) = cx.events.last_mut() else { return };
         if let Some(place) = self.checks.sync.place(node, known, frame, cx.evidence.recording.lag_ns()) {
             data.sync = Some(place);

@@ -479,6 +479,7 @@ fn markers() {
         "Dropped { bus: BusId(0), count: 1, total: 1, place: Line(1) }\n2: can0 601 0\n2 lines\n"
     );
     assert_eq!(read("  vcan0  ERROR\n"), "Error { bus: BusId(0), stamp: None, place: Line(1) }\n1 lines\n");
+    assert_eq!(read("vcan0: ERROR\n"), read("vcan0 ERROR\n"));
     assert!(read(" (1.5)  can  ERROR\n").starts_with("Error { bus: BusId(0), stamp: Some("));
 }
 
