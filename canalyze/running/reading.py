@@ -115,7 +115,7 @@ _JOINED: Final = 4 << 20
 """Bytes that are fed of all files together at once, where they are joined by time: their frames wait in memory."""
 _LEAST: Final = 16 << 10
 """Bytes that are fed of one of them at least."""
-_RESULT: Final = 4 << 20
+_RESULT: Final = 2 << 20
 """Bytes that a result has at most, about: as many are fed at once as come to that, of what came before."""
 _BEGINNING: Final = 128 << 10
 """Bytes that are fed of an input before that is known."""
