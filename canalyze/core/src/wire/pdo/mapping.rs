@@ -202,6 +202,7 @@ pub fn is_dummy(index: u16, sub: u8) -> bool {
 }
 
 /// Returns `bits` bits (1..=64) of the payload from bit `offset` on; `None` if it is too short.
+#[inline]
 pub fn extract(payload: &[u8], offset: usize, bits: usize) -> Option<u64> {
     if bits == 0 || bits > 64 || offset.checked_add(bits)? > payload.len().checked_mul(8)? {
         return None;
@@ -212,7 +213,14 @@ pub fn extract(payload: &[u8], offset: usize, bits: usize) -> Option<u64> {
         return Some(u64::from_le_bytes(whole) >> offset & mask);
     }
     if payload.len() < 8 {
-        let whole = payload.iter().rev().fold(0, |whole, byte| whole << 8 | u64::from(*byte));
+        // Four bytes or more are two numbers of four, which may overlap.
+        let whole = match (payload.first_chunk(), payload.last_chunk()) {
+            (Some(low), Some(high)) => {
+                let high = u64::from(u32::from_le_bytes(*high)) << (8 * (payload.len() - 4));
+                u64::from(u32::from_le_bytes(*low)) | high
+            }
+            _ => payload.iter().rev().fold(0, |whole, byte| whole << 8 | u64::from(*byte)),
+        };
         return Some(whole >> offset & mask);
     }
     // 64 bits at any position span at most nine bytes.
