@@ -135,6 +135,7 @@ impl Drives {
     }
 
     /// Follows a PDO. `read` is true if its content is known; `state` returns a node's NMT state if known.
+    #[inline]
     pub fn process_data(
         &mut self,
         pdo: PdoName,
@@ -147,11 +148,23 @@ impl Drives {
         if !pdo.transmit && !read {
             self.blind(pdo.node, cx);
         }
-        if !self.watch.holds(frame.id, nodes) {
-            return;
+        if !self.watch.of(frame.id, nodes).is_empty() {
+            self.watched(pdo, contradicted, frame, nodes, state, cx);
         }
+    }
+
+    /// Follows a PDO whose identifier is one of drives.
+    fn watched(
+        &mut self,
+        pdo: PdoName,
+        contradicted: bool,
+        frame: &Frame,
+        nodes: &PerNode<Node>,
+        state: impl Fn(u8) -> Option<u8>,
+        cx: &mut Context<'_>,
+    ) {
         let Self { nodes: drives, watch, emcy_due } = self;
-        for WatchedPdo { node, transmit, number, objects } in watch.of(frame.id) {
+        for WatchedPdo { node, transmit, number, objects } in watch.of(frame.id, nodes) {
             // An identifier has one sender, which the bus model knows.
             if *transmit && !(pdo.transmit && (pdo.node, pdo.number) == (*node, *number)) {
                 continue;
@@ -358,9 +371,9 @@ impl Drive {
         };
         let sample = Sample { word, state, at: place.at };
         axis.effect(place, sample, cx);
-        let of_drive = place.device().is_none_or(|profile| profile == u64::from(drive::PROFILE));
+        let of_drive = || place.device().is_none_or(|profile| profile == u64::from(drive::PROFILE));
         axis.found = match axis.sample {
-            None => Some(sample).filter(|_| state == DriveState::Fault && of_drive && !axis.likeness.strange),
+            None => Some(sample).filter(|_| state == DriveState::Fault && of_drive() && !axis.likeness.strange),
             Some(_) => axis.found.filter(|_| state == DriveState::Fault),
         };
         let Some(before) = axis.sample.replace(sample).filter(|before| before.state != state) else { return };

@@ -48,8 +48,9 @@ type WatchKey = (u8, bool, u16);
 /// The identifiers of a bus.
 #[derive(Debug, Default)]
 pub(super) struct Watch {
-    standard: [u64; 32],
-    pdos: BTreeMap<CanId, Vec<WatchedPdo>>,
+    /// The PDOs of each 11-bit identifier; empty while there are none.
+    standard: Vec<Vec<WatchedPdo>>,
+    extended: BTreeMap<CanId, Vec<WatchedPdo>>,
     /// The identifier of each PDO.
     ids: BTreeMap<WatchKey, CanId>,
     /// PDOs whose configuration has changed.
@@ -68,23 +69,26 @@ impl Watch {
         self.stale.extend(pdos.iter().map(|pdo| (pdo.node, pdo.transmit, pdo.number)));
     }
 
-    /// Returns true if an identifier carries an object of a drive.
+    /// Returns the PDOs of an identifier that carry an object of a drive.
     #[inline]
-    pub(super) fn holds(&mut self, id: CanId, nodes: &PerNode<Node>) -> bool {
+    pub(super) fn of(&mut self, id: CanId, nodes: &PerNode<Node>) -> &[WatchedPdo] {
         if !self.stale.is_empty() {
             self.compile(nodes);
         }
-        if id.is_extended() {
-            return self.pdos.contains_key(&id);
-        }
-        let raw = id.raw() as usize;
-        self.standard.get(raw / 64).is_some_and(|bits| bits >> (raw % 64) & 1 != 0)
+        let all = if id.is_extended() { self.extended.get(&id) } else { self.standard.get(id.raw() as usize) };
+        let all = all.map_or(&[][..], Vec::as_slice);
+        all.get(..SHARED).unwrap_or(all)
     }
 
-    /// Returns the PDOs of an identifier.
-    pub(super) fn of(&self, id: CanId) -> &[WatchedPdo] {
-        let all = self.pdos.get(&id).map_or(&[][..], Vec::as_slice);
-        all.get(..SHARED).unwrap_or(all)
+    /// Returns the place for those of an identifier.
+    fn place(&mut self, id: CanId) -> Option<&mut Vec<WatchedPdo>> {
+        if id.is_extended() {
+            return Some(self.extended.entry(id).or_default());
+        }
+        if self.standard.is_empty() {
+            self.standard.resize(1 << 11, Vec::new());
+        }
+        self.standard.get_mut(id.raw() as usize)
     }
 
     #[cold]
@@ -104,31 +108,19 @@ impl Watch {
     }
 
     fn remove(&mut self, id: CanId, name: WatchKey) {
-        let Some(all) = self.pdos.get_mut(&id) else { return };
+        let Some(all) = self.place(id) else { return };
         if let Ok(place) = all.binary_search_by_key(&name, WatchedPdo::name) {
             all.remove(place);
         }
         if all.is_empty() {
-            self.pdos.remove(&id);
-            self.mark(id, false);
+            self.extended.remove(&id);
         }
     }
 
     fn insert(&mut self, id: CanId, watched: WatchedPdo) {
-        let all = self.pdos.entry(id).or_default();
+        let Some(all) = self.place(id) else { return };
         let place = all.partition_point(|one| one.name() < watched.name());
         all.insert(place, watched);
-        self.mark(id, true);
-    }
-
-    fn mark(&mut self, id: CanId, held: bool) {
-        if id.is_extended() {
-            return;
-        }
-        if let Some(bits) = self.standard.get_mut(id.raw() as usize / 64) {
-            let bit = 1 << (id.raw() % 64);
-            *bits = if held { *bits | bit } else { *bits & !bit };
-        }
     }
 }
 
