@@ -17,6 +17,8 @@ use crate::world::configuration::Provenance;
 /// is configured anew.
 const PDOS: usize = 4096;
 const MAPPINGS: usize = 64;
+/// PDOs that are found at once: most captures have fewer.
+const FOUND: usize = 256;
 
 /// The PDO that a signal is in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -61,8 +63,12 @@ pub(super) struct Chosen {
 pub(super) struct Selection {
     lang: Lang,
     select: Select,
-    /// By [`Whose::key`]; the one used last first.
-    known: BTreeMap<u64, Vec<Known>>,
+    /// With their [`Whose::key`]; of each PDO the mapping used last first.
+    known: Vec<(u64, Vec<Known>)>,
+    /// The place of each PDO there.
+    places: BTreeMap<u64, usize>,
+    /// Places found last, by a part of the key.
+    found: [usize; FOUND],
 }
 
 #[derive(Debug)]
@@ -75,7 +81,7 @@ struct Known {
 impl Selection {
     /// Nothing seen yet.
     pub(super) fn new(lang: Lang, select: Select) -> Self {
-        Self { lang, select, known: BTreeMap::new() }
+        Self { lang, select, known: Vec::new(), places: BTreeMap::new(), found: [0; FOUND] }
     }
 
     /// Returns true if all signals are listed.
@@ -87,11 +93,8 @@ impl Selection {
     pub(super) fn of(&mut self, whose: Whose, mapping: &Arc<Mapping>, from: Provenance) -> &[Chosen] {
         let from = discriminant(&from);
         let is_it = |one: &Known| Arc::ptr_eq(&one.mapping, mapping) && one.from == from;
-        let key = whose.key();
-        if self.known.len() >= PDOS && !self.known.contains_key(&key) {
-            self.known.clear();
-        }
-        let known = self.known.entry(key).or_default();
+        let place = self.place(whose.key());
+        let Some((_, known)) = self.known.get_mut(place) else { return &[] };
         match known.iter().position(is_it) {
             Some(place) => known.swap(0, place),
             None => {
@@ -103,6 +106,36 @@ impl Selection {
             }
         }
         known.first().map_or(&[], |one| &one.chosen)
+    }
+
+    /// Returns the place of a PDO.
+    #[inline]
+    fn place(&mut self, key: u64) -> usize {
+        // Multiplied by 2^64 by the golden ratio, numbers that are close to each other have places of their own.
+        let part = (key.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize % FOUND;
+        if let Some(place) = self.found.get(part)
+            && self.known.get(*place).is_some_and(|(known, _)| *known == key)
+        {
+            return *place;
+        }
+        let place = self.find(key);
+        if let Some(found) = self.found.get_mut(part) {
+            *found = place;
+        }
+        place
+    }
+
+    fn find(&mut self, key: u64) -> usize {
+        if let Some(place) = self.places.get(&key) {
+            return *place;
+        }
+        if self.known.len() >= PDOS {
+            self.known.clear();
+            self.places.clear();
+        }
+        self.known.push((key, Vec::new()));
+        self.places.insert(key, self.known.len() - 1);
+        self.known.len() - 1
     }
 
     /// The same of a mapping that will not come again: that of a multiplex PDO.
