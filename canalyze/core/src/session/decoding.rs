@@ -58,6 +58,8 @@ pub(super) struct Decoding {
     folds: bool,
     /// They are counted where they are found, without events, since nothing takes them before.
     counts_at_once: bool,
+    /// Nobody asks how often a state was shown.
+    news_only: bool,
     state: Vec<Bus>,
     /// The evidence about the recording of each bus.
     evidence: Vec<Evidence>,
@@ -87,6 +89,7 @@ impl Decoding {
             blind,
             folds,
             counts_at_once: false,
+            news_only: false,
             state: Vec::new(),
             evidence: Vec::new(),
             events: Vec::new(),
@@ -119,6 +122,12 @@ impl Decoding {
     /// are none) take them before.
     pub(super) fn count_at_once(&mut self, alone: bool) {
         self.counts_at_once = alone && self.folds && self.verification.is_none() && self.diagnosis.is_none();
+    }
+
+    /// States are published where they change, if neither expectations, a diagnosis nor others (`later`: there are none but
+    /// those that may be called later) take them.
+    pub(super) fn publish_news(&mut self, later: bool) {
+        self.news_only = later && self.verification.is_none() && self.diagnosis.is_none();
     }
 
     /// A frame with all that follows from it goes to the diagnosis.
@@ -439,6 +448,7 @@ impl Decoding {
             next,
             // The numbers of frames that were judged in another place are restored before repeats are counted.
             repeats: (self.counts_at_once && !self.moves).then_some(&mut self.repeats),
+            news_only: self.news_only,
         };
         act(bus, &mut cx);
     }

@@ -79,6 +79,7 @@ impl Session {
             decoding.diagnose();
         }
         decoding.count_at_once(!sinks.has_beside());
+        decoding.publish_news(sinks.defers() && !sinks.has_beside());
         Self {
             lang,
             reading,

@@ -45,7 +45,8 @@ pub(super) const CHANGES: Wants = 1 << 6;
 pub(super) const BLIND: Wants = 1 << 7;
 /// Items of the file before they are numbered or decoded.
 pub(super) const ITEMS: Wants = 1 << 8;
-/// Calls by another thread, later: only shown frames, asides, findings and markers matter, and no SYNC cycles.
+/// Calls by another thread, later: only shown frames, asides, findings and markers matter, no SYNC cycles, and no statusword
+/// that shows the state already known.
 pub(super) const LATER: Wants = 1 << 9;
 /// Everything before repeats are folded, and nothing that it takes counts as shown.
 pub(super) const BESIDE: Wants = 1 << 10;

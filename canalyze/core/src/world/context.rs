@@ -39,6 +39,8 @@ pub struct Context<'a> {
     pub next: Option<&'a Frame>,
     /// The counts of findings, if those that were shown often enough are only counted.
     pub repeats: Option<&'a mut Repeats>,
+    /// Statuswords that show the state already known are not published.
+    pub news_only: bool,
 }
 
 /// Bytes of a transfer that are extracted while it runs.

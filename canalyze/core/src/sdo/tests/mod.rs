@@ -94,6 +94,7 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
             sighting: Sighting::Original,
             next: None,
             repeats: None,
+            news_only: false,
         };
         channel.step(*side, &frame, behind.as_ref(), &mut cx);
     }
@@ -109,6 +110,7 @@ fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
         sighting: Sighting::Original,
         next: None,
         repeats: None,
+        news_only: false,
     };
     channel.finish(&mut cx);
     let mut outcome = Outcome::default();

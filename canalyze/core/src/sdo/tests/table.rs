@@ -41,6 +41,7 @@ fn walk(frames: &[Bytes]) -> Vec<(ChannelState, Action, ChannelState)> {
             sighting: Sighting::Original,
             next: None,
             repeats: None,
+            news_only: false,
         };
         channel.step(*side, &frame, behind.as_ref(), &mut cx);
         let after = channel.state();

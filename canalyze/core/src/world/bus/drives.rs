@@ -25,6 +25,7 @@ pub(super) fn reported(publisher: &mut Publisher, place: usize, frame: &Frame, c
         let mapped = mapping.entries.get(*entry);
         let word = mapped.and_then(|mapped| Some((mapped.index, mapping.raw(mapped, frame.payload())? as u16)));
         let change = word.and_then(|(index, word)| publisher.statusword(node, index, word, cx.at, by));
+        let change = change.filter(|change| !cx.news_only || change.is_news());
         change.into_iter().for_each(|change| cx.push(None, Some(node), What::Change(change)));
     }
 }
