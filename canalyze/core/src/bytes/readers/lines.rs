@@ -17,27 +17,35 @@ impl Begun {
     /// Calls `take` with each line that these bytes complete, without its newline, and once with `None` for a line that
     /// is too long.
     #[inline(always)]
-    pub(super) fn cut(&mut self, mut bytes: &[u8], take: &mut impl FnMut(Option<&[u8]>)) {
-        if self.skipping || !self.line.is_empty() {
-            let Some(end) = memchr(b'\n', bytes) else { return self.keep(bytes, take) };
-            let (piece, rest) = bytes.split_at_checked(end).unwrap_or((bytes, &[]));
-            self.keep(piece, take);
-            if !std::mem::take(&mut self.skipping) {
-                hand(&self.line, take);
-            }
-            self.line.clear();
-            bytes = rest.get(1..).unwrap_or_default();
+    pub(super) fn cut(&mut self, bytes: &[u8], take: &mut impl FnMut(Option<&[u8]>)) {
+        let mut rest = self.complete(bytes, take);
+        while let Some((line, behind)) = first(rest) {
+            take(line);
+            rest = behind;
         }
-        while let Some(end) = memchr(b'\n', bytes) {
-            let (line, rest) = bytes.split_at_checked(end).unwrap_or((bytes, &[]));
-            hand(line, take);
-            bytes = rest.get(1..).unwrap_or_default();
+        self.keep(rest, take);
+    }
+
+    /// Does so with the line that is unfinished, and returns the bytes behind it.
+    pub(super) fn complete<'a>(&mut self, bytes: &'a [u8], take: &mut impl FnMut(Option<&[u8]>)) -> &'a [u8] {
+        if !self.skipping && self.line.is_empty() {
+            return bytes;
         }
-        self.keep(bytes, take);
+        let Some(end) = memchr(b'\n', bytes) else {
+            self.keep(bytes, take);
+            return &[];
+        };
+        let (piece, rest) = bytes.split_at_checked(end).unwrap_or((bytes, &[]));
+        self.keep(piece, take);
+        if !std::mem::take(&mut self.skipping) {
+            take(checked(&self.line));
+        }
+        self.line.clear();
+        rest.get(1..).unwrap_or_default()
     }
 
     /// Keeps a piece of a line. An empty one does not begin a line, so that the result does not depend on the pieces.
-    fn keep(&mut self, piece: &[u8], take: &mut impl FnMut(Option<&[u8]>)) {
+    pub(super) fn keep(&mut self, piece: &[u8], take: &mut impl FnMut(Option<&[u8]>)) {
         if self.skipping || piece.is_empty() {
             return;
         }
@@ -63,7 +71,15 @@ impl Begun {
     }
 }
 
+/// Returns the first line of a text without its newline (`None` for one that is too long) and the text behind it, if its
+/// newline is there.
 #[inline(always)]
-fn hand(line: &[u8], take: &mut impl FnMut(Option<&[u8]>)) {
-    take((line.len() <= MAX_LINE).then_some(line));
+pub(super) fn first(text: &[u8]) -> Option<(Option<&[u8]>, &[u8])> {
+    let (line, rest) = text.split_at_checked(memchr(b'\n', text)?)?;
+    Some((checked(line), rest.get(1..).unwrap_or_default()))
+}
+
+#[inline(always)]
+fn checked(line: &[u8]) -> Option<&[u8]> {
+    Some(line).filter(|line| line.len() <= MAX_LINE)
 }

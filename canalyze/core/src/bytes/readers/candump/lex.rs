@@ -34,6 +34,32 @@ pub(in crate::bytes::readers) fn byte(high: u8, low: u8) -> Option<u8> {
     (high | low < 16).then_some(high << 4 | low & 0xF)
 }
 
+/// Returns the number of hexadecimal digits that a text begins with, and the bytes of its pairs of digits, the first one
+/// lowest. All are computed at once within two numbers: every frame has some.
+#[inline(always)]
+pub(in crate::bytes::readers) fn pairs(text: [u8; 16]) -> (u32, u64) {
+    const ONE: u64 = 0x0101_0101_0101_0101;
+    let text = u128::from_le_bytes(text);
+    let half = |word: u64| {
+        // Letters have bit 6, and bit 5 if they are small.
+        let letter = word >> 6 & ONE;
+        let word = word & !(letter << 5);
+        let value = (word & 0x0F * ONE) + 9 * letter;
+        // What is written for a value: the byte itself for a digit, another one for most that is none.
+        let above_nine = (value + 6 * ONE) >> 4 & ONE;
+        let wrong = (value + 0x30 * ONE + 7 * above_nine) ^ word | value & 0xF0 * ONE;
+        // Pairs, then two and four of them.
+        let two = (value << 4 | value >> 8) & 0x00FF_00FF_00FF_00FF;
+        let four = (two | two >> 8) & 0x0000_FFFF_0000_FFFF;
+        (wrong.trailing_zeros() / 8, u64::from((four | four >> 16) as u32))
+    };
+    let ((low, bytes), (high, more)) = (half(text as u64), half((text >> 64) as u64));
+    let digits = if low < 8 { low } else { 8 + high };
+    let unused = 64 - 8 * (digits / 2);
+    let bytes = bytes | more << 32;
+    (digits, if unused < 64 { bytes << unused >> unused } else { 0 })
+}
+
 #[inline(always)]
 pub(in crate::bytes::readers) fn is_blank(byte: u8) -> bool {
     byte == b' ' || byte == b'\t'

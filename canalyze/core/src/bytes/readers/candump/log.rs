@@ -3,63 +3,84 @@
 //! `(1579857014.345944) can2 486#82967A6B006B07F8`, with or without stamp and interface, and with dots, colons or blanks
 //! between the bytes. Log files are the large inputs, so the plain line has a faster path with exactly the same result.
 
-use super::lex::{byte, identifier, is_blank, is_hex, is_name, is_stray_byte, nibble, skip_blanks, word};
+use super::lex::{byte, identifier, is_blank, is_hex, is_name, is_stray_byte, nibble, pairs, skip_blanks, word};
 use super::{Fail, stamp};
-use crate::bytes::frame::{BusId, Direction, Frame, Kind, LengthForm};
+use crate::bytes::frame::{BusId, CanId, Direction, Frame, Kind, LengthForm, Stamp};
+use crate::bytes::ns::Ns;
 use crate::bytes::readers::Unreadable;
 
-/// Parses the plain line: stamp, one blank, interface, one blank, classic data frame, end. `None` for anything else.
-/// `last`: the interface of the previous plain line; the interface is returned if it differs.
-#[inline(always)]
-pub(super) fn plain<'a>(line: &'a [u8], last: &[u8]) -> Option<(Frame, Option<&'a [u8]>)> {
-    let (stamp, rest) = stamp::read(line)?;
-    let rest = rest.strip_prefix(b" ")?;
-    let (bus, rest) = match rest.split_at_checked(last.len()) {
-        Some((bus, [b' ', after @ ..])) if !bus.is_empty() && bus == last => (None, after),
-        _ => {
-            let (bus, after) = word(rest);
-            if !is_name(bus) || bus.ends_with(b":") {
-                return None;
+/// A plain line.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plain<'a> {
+    pub(super) stamp: Stamp,
+    /// The interface, if it is not that of the plain line before.
+    pub(super) interface: Option<&'a [u8]>,
+    id: CanId,
+    kind: Kind,
+    len: u8,
+    head: [u8; 8],
+}
+
+impl<'a> Plain<'a> {
+    /// Parses the plain line: stamp, one blank, interface, one blank, classic data frame; returns the text behind it, too.
+    /// `None` for most else. `last`: the interface of the previous plain line.
+    #[inline(always)]
+    pub(super) fn parse(text: &'a [u8], last: &[u8]) -> Option<(Self, &'a [u8])> {
+        let (stamp, rest) = stamp::read(text)?;
+        let rest = rest.strip_prefix(b" ")?;
+        let (interface, rest) = match rest.split_at_checked(last.len()) {
+            Some((bus, [b' ', after @ ..])) if !bus.is_empty() && bus == last => (None, after),
+            _ => {
+                let (bus, after) = word(rest);
+                if !is_name(bus) || bus.ends_with(b":") {
+                    return None;
+                }
+                (Some(bus), after.strip_prefix(b" ")?)
             }
-            (Some(bus), after.strip_prefix(b" ")?)
+        };
+        let (digits, rest) = match rest {
+            [a, b, c, b'#', rest @ ..] => (&[*a, *b, *c][..], rest),
+            [a, b, c, d, e, f, g, h, b'#', rest @ ..] => (&[*a, *b, *c, *d, *e, *f, *g, *h][..], rest),
+            _ => return None,
+        };
+        let (id, error) = identifier(digits).ok()?;
+        let (digits, head) = match rest.first_chunk() {
+            Some(sixteen) => pairs(*sixteen),
+            None => {
+                let mut sixteen = [0; 16];
+                sixteen.iter_mut().zip(rest).for_each(|(slot, byte)| *slot = *byte);
+                pairs(sixteen)
+            }
+        };
+        let rest = rest.get(digits as usize..).filter(|_| digits.is_multiple_of(2))?;
+        let kind = if error { Kind::Error } else { Kind::Data };
+        Some((Self { stamp, interface, id, kind, len: (digits / 2) as u8, head: head.to_le_bytes() }, rest))
+    }
+
+    /// Returns its frame.
+    #[inline(always)]
+    pub(super) fn frame(&self, bus: BusId, line: u64, t_ns: Option<Ns>) -> Frame {
+        let Self { stamp, id, kind, len, head, .. } = *self;
+        let mut data = [0; 64];
+        if let Some(slot) = data.first_chunk_mut() {
+            *slot = head;
         }
-    };
-    let (digits, rest) = match rest {
-        [a, b, c, b'#', rest @ ..] => (&[*a, *b, *c][..], rest),
-        [a, b, c, d, e, f, g, h, b'#', rest @ ..] => (&[*a, *b, *c, *d, *e, *f, *g, *h][..], rest),
-        _ => return None,
-    };
-    let (id, error) = identifier(digits).ok()?;
-    let (pairs, odd) = rest.as_chunks::<2>();
-    if !odd.is_empty() || pairs.len() > 8 {
-        return None;
+        Frame {
+            no: 0,
+            moved: 0,
+            corrected_ns: 0,
+            line: Some(line),
+            t_ns,
+            stamp: Some(stamp),
+            bus,
+            id,
+            kind,
+            dir: None,
+            len,
+            length_form: LengthForm::default(),
+            data,
+        }
     }
-    let mut data = [0; 64];
-    let mut check = 0;
-    for (slot, &[high, low]) in data.iter_mut().zip(pairs) {
-        let (high, low) = (nibble(high), nibble(low));
-        check |= high | low;
-        *slot = high << 4 | low & 0xF;
-    }
-    if check > 15 {
-        return None;
-    }
-    let frame = Frame {
-        no: 0,
-        moved: 0,
-        corrected_ns: 0,
-        line: None,
-        t_ns: None,
-        stamp: Some(stamp),
-        bus: BusId(0),
-        id,
-        kind: if error { Kind::Error } else { Kind::Data },
-        dir: None,
-        len: pairs.len() as u8,
-        length_form: LengthForm::default(),
-        data,
-    };
-    Some((frame, bus))
 }
 
 /// Parses a frame, from the word `ID#...` and the text after it, into an empty one; returns the rest.
@@ -231,14 +252,14 @@ mod tests {
 
     use super::super::{LineContent, general};
     use super::*;
-    use crate::bytes::frame::CanId;
 
     proptest! {
         // If the two paths differed, a comment at the end of a line would change its frame.
         #[test]
         fn plain_is_general(line in "(\\((0|1[0-9]{9})\\.[0-9]{1,7}\\)|\\(\\)) ?[!#a-z]{0,2}can[0-9]:{0,2} [0-9a-fA-F]{3}([0-9a-f]{5})?#([0-9A-Fa-f]{2}){0,9}[0-9a-gR]?") {
             for last in [&b""[..], b"can0"] {
-                let Some((plain, bus)) = plain(line.as_bytes(), last) else { continue };
+                let Some((plain, b"")) = Plain::parse(line.as_bytes(), last) else { continue };
+                let (bus, plain) = (plain.interface, plain.frame(BusId(0), 1, None));
                 let line = general(line.as_bytes(), false);
                 prop_assert_eq!(line.bus, bus.unwrap_or(last));
                 let frame = line.frame;
@@ -251,7 +272,7 @@ mod tests {
 
     #[test]
     fn standard_identifiers_are_told_from_extended_ones() {
-        let (frame, bus) = plain(b"(0.5) can0 00000601#40", b"").unwrap();
-        assert_eq!((frame.id, bus), (CanId::extended(0x601), Some(&b"can0"[..])));
+        let (Plain { id, interface, .. }, _) = Plain::parse(b"(0.5) can0 00000601#40", b"").unwrap();
+        assert_eq!((id, interface), (CanId::extended(0x601), Some(&b"can0"[..])));
     }
 }

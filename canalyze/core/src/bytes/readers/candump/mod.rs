@@ -15,9 +15,10 @@ mod wreck;
 use memchr::{memchr, memchr3};
 
 use self::lex::{is_blank, is_hex, is_name, skip_blanks, word};
+use self::log::Plain;
 use self::stamp::CandumpClock;
 use self::wreck::Behind;
-use super::lines::Begun;
+use super::lines::{self, Begun};
 use super::listing::{self, Base, Gaps, Omission};
 use super::{FilePlace, Item, Marker, Unreadable};
 use crate::bytes::frame::{BusId, Buses, CanId, Direction, Frame, Kind, Stamp, StampForm};
@@ -143,11 +144,67 @@ impl Candump {
 
     fn split(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let mut begun = std::mem::take(&mut self.begun);
-        begun.cut(bytes, &mut |line| match line {
+        let mut take = |line: Option<&[u8]>| self.line_or_not(line, buses, sink);
+        let mut rest = begun.complete(bytes, &mut take);
+        loop {
+            // Where a plain line ends need not be looked for.
+            if let Some(behind) = self.plain_line(rest, buses, sink) {
+                rest = behind;
+            } else if let Some((line, behind)) = lines::first(rest) {
+                self.line_or_not(line, buses, sink);
+                rest = behind;
+            } else {
+                break;
+            }
+        }
+        begun.keep(rest, &mut |line| self.line_or_not(line, buses, sink));
+        self.begun = begun;
+    }
+
+    /// Reads the first line of a text if it is a plain one that ends there; returns the text behind it.
+    #[inline(always)]
+    fn plain_line<'a>(
+        &mut self,
+        text: &'a [u8],
+        buses: &mut Buses,
+        sink: &mut impl FnMut(Item, &Buses),
+    ) -> Option<&'a [u8]> {
+        let (plain, [b'\n', behind @ ..] | [b'\r', b'\n', behind @ ..]) = Plain::parse(text, &self.interface)? else {
+            return None;
+        };
+        if text.len() - behind.len() > lines::MAX_LINE + 1 {
+            return None;
+        }
+        self.plain(&plain, buses, sink);
+        Some(behind)
+    }
+
+    #[inline(always)]
+    fn plain(&mut self, plain: &Plain<'_>, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.pass(plain, buses);
+        let t_ns = self.timed(Some(plain.stamp), false, buses, sink);
+        self.gaps.row(buses, sink);
+        sink(Item::Frame(plain.frame(self.bus, self.lines, t_ns)), buses);
+    }
+
+    /// Counts a plain line, and takes its interface for those behind it.
+    #[inline(always)]
+    fn pass(&mut self, plain: &Plain<'_>, buses: &mut Buses) {
+        self.lines += 1;
+        self.explained = None;
+        if let Some(name) = plain.interface {
+            self.interface.clear();
+            self.interface.extend_from_slice(name);
+            self.bus = buses.intern(name);
+        }
+    }
+
+    /// Reads one line without its newline; `None` for one that is too long.
+    fn line_or_not(&mut self, line: Option<&[u8]>, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        match line {
             Some(line) => self.line(line, false, buses, sink),
             None => self.too_long(buses, sink),
-        });
-        self.begun = begun;
+        }
     }
 
     #[cold]
@@ -164,30 +221,14 @@ impl Candump {
     }
 
     /// Reads one line without its newline; `last` if it had none.
-    #[inline(always)]
     fn line(&mut self, text: &[u8], last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        if let Some((mut frame, interface)) = log::plain(text.strip_suffix(b"\r").unwrap_or(text), &self.interface) {
-            self.lines += 1;
-            self.explained = None;
-            if let Some(name) = interface {
-                self.interface.clear();
-                self.interface.extend_from_slice(name);
-                self.bus = buses.intern(name);
+        let plain = Plain::parse(text.strip_suffix(b"\r").unwrap_or(text), &self.interface);
+        if let Some((plain, b"")) = plain {
+            if !(last && self.behind.may_go_on(&plain.frame(self.bus, self.lines, None), text, false)) {
+                return self.plain(&plain, buses, sink);
             }
-            frame.bus = self.bus;
-            if last && self.behind.may_go_on(&frame, text, false) {
-                let what = LineContent::Unreadable(Fail { reason: Unreadable::Cut, end: true });
-                let stamp = frame.stamp;
-                return self.give(
-                    Line { stamp, console: false, bus: b"", row: None, what, frame, tail: b"" },
-                    buses,
-                    sink,
-                );
-            }
-            frame.t_ns = self.timed(frame.stamp, false, buses, sink);
-            frame.line = Some(self.lines);
-            self.gaps.row(buses, sink);
-            sink(Item::Frame(frame), buses);
+            self.pass(&plain, buses);
+            sink(Item::Unreadable { place: FilePlace::Line(self.lines), reason: Unreadable::Cut }, buses);
         } else if memchr(b'\r', text.trim_ascii()).is_some() {
             // Lines that end with a carriage return only.
             let mut lines = text.trim_ascii_end().split(|&byte| byte == b'\r').peekable();
