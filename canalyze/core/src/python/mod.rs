@@ -170,7 +170,10 @@ fn omission(line: &[u8]) -> Option<i64> {
 #[pyfunction]
 fn may_hold_command(lines: &[u8]) -> bool {
     let held = |sign: &[u8]| memchr::memmem::find(lines, sign).is_some();
-    held(b"::") || held(b"##") && (held(b"##[") || held(b"##vso["))
+    // One pass over nearly all output.
+    let pairs = lines.iter().zip(lines.get(1..).unwrap_or_default());
+    let doubled = pairs.fold(false, |any, (one, next)| any | (one == next) & matches!(one, b':' | b'#'));
+    doubled && (held(b"::") || held(b"##[") || held(b"##vso["))
 }
 
 #[pyfunction]
