@@ -44,10 +44,10 @@ pub(in crate::bytes::readers) fn pairs(text: [u8; 16]) -> (u32, u64) {
         // Letters have bit 6, and bit 5 if they are small.
         let letter = word >> 6 & ONE;
         let word = word & !(letter << 5);
-        let value = (word & 0x0F * ONE) + 9 * letter;
+        let value = (word & (0x0F * ONE)) + 9 * letter;
         // What is written for a value: the byte itself for a digit, another one for most that is none.
         let above_nine = (value + 6 * ONE) >> 4 & ONE;
-        let wrong = (value + 0x30 * ONE + 7 * above_nine) ^ word | value & 0xF0 * ONE;
+        let wrong = (value + 0x30 * ONE + 7 * above_nine) ^ word | value & (0xF0 * ONE);
         // Pairs, then two and four of them.
         let two = (value << 4 | value >> 8) & 0x00FF_00FF_00FF_00FF;
         let four = (two | two >> 8) & 0x0000_FFFF_0000_FFFF;
