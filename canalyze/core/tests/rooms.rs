@@ -12,7 +12,8 @@ use std::path::Path;
 /// a page has no Python. So are texts that are kept from one line to the next, frames that show nothing but their gap, values
 /// of PDOs that are found without a search, consequences that are counted where they are found, rare events apart from
 /// what is moved at every frame, and plain lines of candump that are read up to their end.
-const WHOLE: usize = 68_620;
+/// It was 68,630 while files whose tests are declared at their head counted up to there only.
+const WHOLE: usize = 73_360;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -20,12 +21,12 @@ const BUDGETS: &[(&str, usize)] = &[
     // refusal of tables that may be misread, colons or blanks between the bytes of candump, the type of times, and messages
     // that ROS prints. With columns and seconds that are copied from an earlier line. With plain lines of candump that are read
     // up to their end, without a search for it.
-    ("bytes", 11_970),
+    ("bytes", 14_740),
     // With rare cases apart from what every PDO passes through.
-    ("checks", 7_670),
+    ("checks", 8_030),
     // With learnt event timers, and findings that wait without a look at each frame. With frames that only add to the usual
     // gaps, which are nearly all, and what rarely happens at a frame apart from its place.
-    ("evidence", 3_540),
+    ("evidence", 3_560),
     ("lib", 50),
     // Was 1,250 lines of Python: a page without Python reads descriptions, too. With the sentence of an unusable file, for
     // every binding.
@@ -33,20 +34,20 @@ const BUDGETS: &[(&str, usize)] = &[
     // With descriptions as rows of Python's tuples.
     ("python", 1_250),
     ("rules", 1_700),
-    ("sdo", 4_620),
+    ("sdo", 4_630),
     // With consequences that are counted before they become events.
     ("session", 2_800),
-    ("settings", 1_310),
+    ("settings", 1_330),
     // Without what a kind of problem is: that is in the table of kinds. With ends that a frame shows, new floods, and
     // the nodes of the first screen.
     ("problems", 6_460),
     // With JSON objects and rows of CSV in parts, since most of them is as in an earlier line, and selections that are found
     // without a search.
-    ("tables", 6_260),
+    ("tables", 6_610),
     // The transfers of CANopen FD.
     ("usdo", 1_030),
     // With lines that differ from an earlier one in stamp and data only.
-    ("views", 7_760),
+    ("views", 8_950),
     // With the relation of a mapped object to its profile.
     ("wire", 2_770),
     // With the reasons why tables are refused, and the words of the diagnosis. With texts that are kept, since nearly every
@@ -55,7 +56,7 @@ const BUDGETS: &[(&str, usize)] = &[
     // With the states of axes, which views followed for themselves, numbers of descriptions in the width of their type, and rows
     // of descriptions for every binding. With values of PDOs that are found without a search, and the counts of findings that
     // repeat, which are counted where they are found. With the keys of PDOs apart.
-    ("world", 3_410),
+    ("world", 3_420),
 ];
 
 /// Adds the product lines below a folder, each under its room.
@@ -75,10 +76,12 @@ fn count(folder: &Path, room: Option<&str>, rooms: &mut BTreeMap<String, usize>)
     }
 }
 
-/// Returns the number of lines of a file that are neither blank nor a comment, up to its tests.
+/// Returns the number of lines of a file that are neither blank nor a comment, up to its tests. Tests in a file of their own
+/// are declared at its head.
 fn product_lines(text: &str) -> usize {
-    let product = text.lines().take_while(|line| !line.contains("#[cfg(test)]")).map(str::trim_start);
-    product.filter(|line| !line.is_empty() && !line.starts_with("//")).count()
+    let product = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let lines = product.lines().map(str::trim_start);
+    lines.filter(|line| !line.is_empty() && !line.starts_with("//") && !line.starts_with("#[cfg(test)]")).count()
 }
 
 #[test]
@@ -99,4 +102,5 @@ fn rooms_keep_to_their_budgets() {
 #[test]
 fn comments_blank_lines_and_tests_do_not_count() {
     assert_eq!(product_lines("//! Head.\n\nfn a() {\n    // why\n}\n#[cfg(test)]\nmod tests {}\n"), 2);
+    assert_eq!(product_lines("#[cfg(test)]\nmod tests;\n\nfn a() {\n}\n"), 3);
 }

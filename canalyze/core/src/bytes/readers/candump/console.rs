@@ -4,8 +4,7 @@
 //! data may be missing. It resembles prose more than the other family, so it is parsed strictly: exactly as many bytes
 //! as the length says, all in one notation, or no frame.
 
-use super::Fail;
-use super::lex::{byte, identifier, is_blank, is_hex, is_stray_byte, nibble, skip_blanks, word};
+use super::lex::{Fail, byte, identifier, is_blank, is_hex, is_stray_byte, nibble, skip_blanks, word};
 use crate::bytes::frame::{Direction, Frame, Kind, LengthForm};
 use crate::bytes::readers::Unreadable;
 use crate::bytes::readers::listing::{self, Digits};

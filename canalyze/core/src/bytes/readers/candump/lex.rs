@@ -21,6 +21,14 @@ const fn table() -> [u8; 256] {
     table
 }
 
+/// The reason why a line is not a frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fail {
+    pub(super) reason: Unreadable,
+    /// True if nothing was wrong up to the end of the line, so that more text could have made it a frame.
+    pub(super) end: bool,
+}
+
 /// Returns the value of a hexadecimal digit; above 15 for other bytes.
 #[inline(always)]
 pub(in crate::bytes::readers) fn nibble(byte: u8) -> u8 {

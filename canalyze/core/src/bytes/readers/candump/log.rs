@@ -3,8 +3,8 @@
 //! `(1579857014.345944) can2 486#82967A6B006B07F8`, with or without stamp and interface, and with dots, colons or blanks
 //! between the bytes. Log files are the large inputs, so the plain line has a faster path with exactly the same result.
 
-use super::lex::{byte, identifier, is_blank, is_hex, is_name, is_stray_byte, nibble, pairs, skip_blanks, word};
-use super::{Fail, stamp};
+use super::lex::{Fail, byte, identifier, is_blank, is_hex, is_name, is_stray_byte, nibble, pairs, skip_blanks, word};
+use super::stamp;
 use crate::bytes::frame::{BusId, CanId, Direction, Frame, Kind, LengthForm, Stamp};
 use crate::bytes::ns::Ns;
 use crate::bytes::readers::Unreadable;
@@ -250,7 +250,7 @@ mod tests {
 
     use proptest::prelude::*;
 
-    use super::super::{LineContent, general};
+    use super::super::general::{LineContent, general};
     use super::*;
 
     proptest! {

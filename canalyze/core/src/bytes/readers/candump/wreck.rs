@@ -5,8 +5,9 @@
 
 use memchr::{memchr, memchr_iter};
 
+use super::general::{LineContent, general, holds_frame, plain_text, unnumbered};
 use super::lex::{is_blank, is_hex, skip_blanks, word};
-use super::{LineContent, general, holds_frame, plain_text, stamp, unnumbered};
+use super::stamp;
 use crate::bytes::frame::{Buses, Frame, Kind};
 use crate::bytes::readers::{Unreadable, listing};
 
