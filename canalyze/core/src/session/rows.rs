@@ -155,7 +155,7 @@ impl FindingRows {
 
 impl Sink for FindingRows {
     fn frame(&mut self, out: &mut Vec<u8>, view: &View<'_>, passing: &Passing<'_>, events: &mut Vec<Event>) {
-        self.context.push(passing.frame, (!events.is_empty()).then(|| events.remove(0)));
+        self.context.push(passing.frame, events);
         if passing.shown {
             self.write(out, view, events, |_, finding, _| self.filter.takes_finding(finding));
         }

@@ -44,6 +44,25 @@ pub struct HeldFrame {
 }
 
 impl HeldFrame {
+    /// Takes a frame, and its own event from its events.
+    fn new(frame: &Frame, events: &mut Vec<Event>) -> Self {
+        Self { frame: *frame, event: (!events.is_empty()).then(|| events.remove(0)) }
+    }
+
+    /// Takes another one in its place: to move both would take as long as all else here.
+    #[inline]
+    fn renew(&mut self, frame: &Frame, events: &mut Vec<Event>) {
+        let (Some(event), Some(own)) = (&mut self.event, events.first_mut()) else {
+            return *self = Self::new(frame, events);
+        };
+        std::mem::swap(event, own);
+        self.frame = *frame;
+        match events.len() {
+            1 => events.clear(),
+            _ => _ = events.remove(0),
+        }
+    }
+
     fn family(&self) -> Family {
         self.event.as_ref().map_or(Other, |event| family(&event.what))
     }
@@ -100,14 +119,18 @@ struct Ring {
 
 impl Ring {
     /// Keeps a frame. Returns a transfer that has left the ring: its kept frames, the last frame last.
-    fn push(&mut self, held: HeldFrame) -> Option<(Mux, Vec<HeldFrame>)> {
+    fn push(&mut self, frame: &Frame, events: &mut Vec<Event>) -> Option<(Mux, Vec<HeldFrame>)> {
         if self.held.len() < DEPTH {
-            self.held.push(held);
+            self.held.push(HeldFrame::new(frame, events));
             return None;
         }
         let slot = self.held.get_mut(self.next)?;
-        let left = std::mem::replace(slot, held);
         self.next = (self.next + 1) % DEPTH;
+        if slot.family() != Sdo {
+            slot.renew(frame, events);
+            return None;
+        }
+        let left = std::mem::replace(slot, HeldFrame::new(frame, events));
         if let Some(object) = left.ends() {
             let mut whole = std::mem::take(&mut self.opening);
             whole.retain(|held| held.transfer() == left.transfer());
@@ -145,12 +168,13 @@ impl Default for FindingContext {
 }
 
 impl FindingContext {
-    /// Keeps a frame with its own event.
-    pub fn push(&mut self, frame: &Frame, event: Option<Event>) {
-        let held = HeldFrame { frame: *frame, event };
-        let index = self.ring_for(frame.bus, place(held.family(), held.node()));
+    /// Keeps a frame with its own event, which is taken from its events.
+    pub fn push(&mut self, frame: &Frame, events: &mut Vec<Event>) {
+        let (family, node) = events.first().map_or((Other, None), |event| (family(&event.what), event.node));
+        let index = self.ring_for(frame.bus, place(family, node));
         self.last = index;
-        let Some((object, whole)) = self.rings.get_mut(index).and_then(|ring| ring.push(held)) else { return };
+        let left = self.rings.get_mut(index).and_then(|ring| ring.push(frame, events));
+        let Some((object, whole)) = left else { return };
         let Some(last) = whole.last() else { return };
         let key = (last.frame.bus, last.node(), object);
         if self.past.len() < OBJECTS || self.past.contains_key(&key) {
@@ -359,21 +383,21 @@ mod tests {
     fn heartbeat(context: &mut FindingContext, no: u64, node: u8) {
         let frame = frame(no, 0x700 + u16::from(node), &[5]);
         let message = Message::Heartbeat { node, state: 5, toggle: false, guarding: false, previous: None };
-        context.push(&frame, Some(event(&frame, Some(node), What::Message(message))));
+        context.push(&frame, &mut vec![event(&frame, Some(node), What::Message(message))]);
     }
 
     fn pdo(context: &mut FindingContext, no: u64, node: u8, number: u16) {
         let frame = frame(no, 0x80 + 0x100 * number + u16::from(node), &[0; 8]);
         let content = Signals::None(Unmapped::Unknown);
         let data = ProcessData { transmit: true, number, node, content, state: None, sync: None, is_off: false };
-        context.push(&frame, Some(event(&frame, Some(node), What::Pdo(data))));
+        context.push(&frame, &mut vec![event(&frame, Some(node), What::Pdo(data))]);
     }
 
     fn sdo(context: &mut FindingContext, no: u64, transfer: u64, side: Side, payload: &[u8]) {
         let frame = frame(no, if side == Side::Client { 0x605 } else { 0x585 }, payload);
         let mut event = event(&frame, Some(5), What::Sdo(Step::alone(side, &frame)));
         event.transfer = Some(TransferId(transfer));
-        context.push(&frame, Some(event));
+        context.push(&frame, &mut vec![event]);
     }
 
     fn finding(code: Code, at: u64, cause: Option<u64>, node: Option<u8>) -> Finding {
@@ -452,7 +476,7 @@ mod tests {
                 one.bus = BusId(bus);
                 let mut said = event(&one, Some(node), What::Message(Message::GuardingRequest { node }));
                 said.bus = one.bus;
-                context.push(&one, Some(said));
+                context.push(&one, &mut vec![said]);
             }
         }
         assert_eq!(context.rings.len(), RINGS);
