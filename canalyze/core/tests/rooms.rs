@@ -13,7 +13,7 @@ use std::path::Path;
 /// of PDOs that are found without a search, consequences that are counted where they are found, rare events apart from
 /// what is moved at every frame, and plain lines of candump that are read up to their end.
 /// It was 68,630 while files whose tests are declared at their head counted up to there only.
-const WHOLE: usize = 73_360;
+const WHOLE: usize = 73_380;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -46,8 +46,8 @@ const BUDGETS: &[(&str, usize)] = &[
     ("tables", 6_610),
     // The transfers of CANopen FD.
     ("usdo", 1_030),
-    // With lines that differ from an earlier one in stamp and data only.
-    ("views", 8_950),
+    // With lines that differ from an earlier one in stamp and data only, and frames around findings that are kept in place.
+    ("views", 8_970),
     // With the relation of a mapped object to its profile.
     ("wire", 2_770),
     // With the reasons why tables are refused, and the words of the diagnosis. With texts that are kept, since nearly every
