@@ -135,3 +135,31 @@ pub(in crate::bytes::readers) fn identifier(word: &[u8]) -> Result<(CanId, bool)
         _ => Err(Unreadable::Identifier),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::indexing_slicing)]
+
+    use super::*;
+
+    /// Returns what [`pairs`] returns, digit by digit.
+    fn one_by_one(text: [u8; 16]) -> (u32, u64) {
+        let digits = text.iter().take_while(|byte| nibble(**byte) < 16).count();
+        let bytes = text[..digits].as_chunks::<2>().0.iter().map(|[high, low]| nibble(*high) << 4 | nibble(*low));
+        (digits as u32, bytes.rev().fold(0, |all, byte| all << 8 | u64::from(byte)))
+    }
+
+    #[test]
+    fn every_byte_in_every_place() {
+        for digits in [*b"0123456789ABCDEF", *b"fedcba9876543210", *b"0000000000000000", *b"ffffffffffffffff"] {
+            for (place, byte) in (0..16).flat_map(|place| (0..=255).map(move |byte| (place, byte))) {
+                let mut text = digits;
+                text[place] = byte;
+                assert_eq!(pairs(text), one_by_one(text), "{:?}", text.escape_ascii().to_string());
+                // What is behind it does not matter.
+                text[place..].fill(byte);
+                assert_eq!(pairs(text), one_by_one(text), "{:?}", text.escape_ascii().to_string());
+            }
+        }
+    }
+}
