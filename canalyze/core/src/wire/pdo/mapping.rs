@@ -299,6 +299,19 @@ mod tests {
     }
 
     #[test]
+    fn bits_of_payloads_of_any_length() {
+        let all: Vec<u8> = (1..=12_u8).map(|byte| byte.wrapping_mul(0x9D)).collect();
+        for (len, offset, bits) in
+            (0..=12).flat_map(|len| (0..99).flat_map(move |from| (1..=64).map(move |n| (len, from, n))))
+        {
+            let bit = |at: usize| u64::from(all[at / 8] >> (at % 8) & 1);
+            let one_by_one =
+                (offset + bits <= 8 * len).then(|| (0..bits).fold(0, |raw, at| raw | bit(offset + at) << at));
+            assert_eq!(extract(&all[..len], offset, bits), one_by_one, "{bits} from {offset} of {len} bytes");
+        }
+    }
+
+    #[test]
     fn lengths_that_are_not_the_types() {
         // An aligned entry shorter than its type takes only its own bits.
         assert_eq!(extract(&[0xAA, 0xBB, 0xCC, 0xDD], 0, 16), Some(0xBBAA));
