@@ -13,7 +13,7 @@ use std::path::Path;
 /// of PDOs that are found without a search, consequences that are counted where they are found, rare events apart from
 /// what is moved at every frame, and plain lines of candump that are read up to their end.
 /// It was 68,630 while files whose tests are declared at their head counted up to there only.
-const WHOLE: usize = 73_380;
+const WHOLE: usize = 73_390;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -55,8 +55,8 @@ const BUDGETS: &[(&str, usize)] = &[
     ("words", 4_130),
     // With the states of axes, which views followed for themselves, numbers of descriptions in the width of their type, and rows
     // of descriptions for every binding. With values of PDOs that are found without a search, and the counts of findings that
-    // repeat, which are counted where they are found. With the keys of PDOs apart.
-    ("world", 3_420),
+    // repeat, which are counted where they are found. With the keys of PDOs apart, and PDOs on a bus in a file of their own.
+    ("world", 3_430),
 ];
 
 /// Adds the product lines below a folder, each under its room.

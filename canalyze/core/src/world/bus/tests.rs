@@ -3,7 +3,7 @@
 use super::*;
 use crate::session::{Knowledge, Options, Output, Rows, Session};
 use crate::words::Lang;
-use crate::world::dictionary::{Access, Dictionary, Form, Preset};
+use crate::world::dictionary::{Access, Dictionary, Form, Object, Preset};
 use crate::world::network::Description;
 
 fn object(index: u16, name: &str, data_type: u16, value: Option<u64>) -> Object {
