@@ -53,7 +53,7 @@ pub(in crate::bytes::readers) fn pairs(text: [u8; 16]) -> (u32, u64) {
         let letter = word >> 6 & ONE;
         let word = word & !(letter << 5);
         let value = (word & (0x0F * ONE)) + 9 * letter;
-        // What is written for a value: the byte itself for a digit, another one for most that is none.
+        // A digit is what its value is written as; other bytes are not, or have a value above 15.
         let above_nine = (value + 6 * ONE) >> 4 & ONE;
         let wrong = (value + 0x30 * ONE + 7 * above_nine) ^ word | value & (0xF0 * ONE);
         // Pairs, then two and four of them.

@@ -22,8 +22,9 @@ pub(super) struct Plain<'a> {
 }
 
 impl<'a> Plain<'a> {
-    /// Parses the plain line: stamp, one blank, interface, one blank, classic data frame; returns the text behind it, too.
-    /// `None` for most else. `last`: the interface of the previous plain line.
+    /// Parses a plain line up to the end of its data: stamp, one blank, interface, one blank, classic data frame. Also returns
+    /// the text behind it, where the line may go on. `None` for anything else. `last`: the interface of the previous plain
+    /// line.
     #[inline(always)]
     pub(super) fn parse(text: &'a [u8], last: &[u8]) -> Option<(Self, &'a [u8])> {
         let (stamp, rest) = stamp::read(text)?;
