@@ -6,12 +6,14 @@ What each lane shows is another file's matter.
 from __future__ import annotations
 
 import json
-from collections import defaultdict
+from collections import Counter, defaultdict
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import pytest
 from captures import SAMPLES, Row, described, described_beside, placed, session_output, sort_rows
+from mcap.reader import make_reader
 
 from canalyze import _core
 from canalyze.running.reading import SessionOptions
@@ -55,6 +57,17 @@ def test_neither_changes_the_other(form: str) -> None:
         assert not none
         assert output == alone
         assert rows == both(text, "columns", _core.TABLES, network=DRIVE)[1]
+
+
+def test_a_writer_tells_states_of_drives_alike_alone_and_beside_tables() -> None:
+    """Alone it gets statuswords that show another state, beside tables all of them."""
+    text = (SAMPLES / "network/sync-and-pdos.log").read_bytes()
+    alone, _ = both(text, "convert", [], network=DRIVE, to="mcap", decoded=True)
+    output, rows = both(text, "convert", _core.TABLES, network=DRIVE, to="mcap", decoded=True)
+    assert rows["signals"]
+    told = Counter(channel.topic.rsplit("/", 1)[-1] for _, channel, _ in make_reader(BytesIO(alone)).iter_messages())
+    assert 0 < told["drive_state"] < told["tpdo3"]
+    assert output == alone
 
 
 def test_info_has_none() -> None:
