@@ -4,11 +4,11 @@
 
 use memchr::{memchr, memchr3};
 
-use super::super::Unreadable;
-use super::super::listing::{self, Omission};
 use super::lex::{Fail, is_blank, is_hex, is_name, skip_blanks, word};
 use super::{console, log, stamp};
 use crate::bytes::frame::{Buses, CanId, Direction, Frame, Stamp, StampForm};
+use crate::bytes::readers::Unreadable;
+use crate::bytes::readers::listing::{self, Omission};
 
 /// The content of a line.
 #[derive(Debug)]
