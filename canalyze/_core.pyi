@@ -343,8 +343,11 @@ class Session:
         neither in FORMATS nor `packed`, the records of another reader (`sources/bridge/`), nor `live`, the blocks
         of live buses (`sources/live.py`), which also tell the time.
         """
-    def feed(self, data: bytes, input: int = 0) -> bytes:
-        """Reads more bytes of a file, in any chunking; returns the output so far."""
+    def feed(self, data: bytes, input: int = 0, start: int = 0, end: int | None = None) -> bytes:
+        """Reads more bytes of a file, in any chunking; returns the output so far.
+
+        start, end: the part of `data` that is meant, all by default.
+        """
     def rest(self) -> bytes:
         """Returns held back output, because nothing arrives at the moment, as in a pipe."""
     def damaged(self, kind: str, offset: int, bytes: int | None = None, input: int = 0) -> None:

@@ -147,18 +147,27 @@ class _Input:
     def __init__(self, capture: "Capture | Live") -> None:
         self.capture = capture
         self.taken = 0
-        self.rest = b""
-        """Bytes that were read and not fed yet."""
-        self.fresh = False
-        """True if the bytes returned last are the beginning of what was read."""
+        self.data = b""
+        """The bytes that were read last."""
+        self.start = self.end = 0
+        """The part of it that has its turn: to copy it would cost as much as to read it."""
 
-    def read(self, most: int) -> bytes:
-        """Returns the next bytes, at most so many; b"" at the end."""
-        self.fresh = not self.rest
-        if self.fresh:
-            self.rest = self.capture.read()
-        given, self.rest = self.rest[:most], self.rest[most:]
-        return given
+    def go_on(self, most: int) -> bool:
+        """Returns true if a further part has its turn, of at most so many bytes."""
+        if self.at_rest:
+            self.data, self.end = self.capture.read(), 0
+        self.start, self.end = self.end, min(self.end + most, len(self.data))
+        return self.start < self.end
+
+    @property
+    def at_rest(self) -> bool:
+        """Returns true if no further part of what was read waits."""
+        return self.end == len(self.data)
+
+    def forget(self) -> None:
+        """Frees what was read, once all of it was taken: other files may have their turn for long."""
+        if self.at_rest:
+            self.data, self.start, self.end = b"", 0, 0
 
 
 class Reading:
@@ -236,24 +245,25 @@ class Reading:
             one = open_[number]
             stopped: SourceError | None = None
             try:
-                data = self._reader.during(partial(one.read, most))
+                more = self._reader.during(partial(one.go_on, most))
             except SourceError as error:  # what came before it is said first
-                data, stopped = b"", error
+                more, stopped = False, error
             self._remarks(one.capture)
-            if data is None:
+            if more is None:
                 break
             hold = one.capture.regular and not joined
-            if data:
-                if one.capture.begins and one.fresh:
+            if more:
+                if one.capture.begins and one.start == 0:
                     session.covered(number)
-                result = session.feed(data, number)
+                result = session.feed(one.data, number, one.start, one.end)
                 yield from self._results(result, hold=hold)
                 if not joined:
-                    most = max(_BEGINNING, _RESULT * len(data) // max(len(result), 1))
+                    most = max(_BEGINNING, _RESULT * (one.end - one.start) // max(len(result), 1))
+                one.forget()
                 self._remarks(one.capture)
                 self._reader.step(one.capture.taken - one.taken, session.frames)
                 one.taken = one.capture.taken
-                if session.holds and not one.rest and self._reader.during(one.capture.rests):
+                if session.holds and one.at_rest and self._reader.during(one.capture.rests):
                     yield from self._results(session.rest(), hold=hold)
                 continue
             self._remarks(one.capture)

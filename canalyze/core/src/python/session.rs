@@ -184,9 +184,17 @@ impl Session {
         Ok(())
     }
 
-    #[pyo3(signature = (data, input = 0))]
-    fn feed<'py>(&self, py: Python<'py>, data: &[u8], input: usize) -> Bound<'py, PyBytes> {
-        self.output(py, |core, out| core.feed_one(input, data, out))
+    #[pyo3(signature = (data, input = 0, start = 0, end = None))]
+    fn feed<'py>(
+        &self,
+        py: Python<'py>,
+        data: &[u8],
+        input: usize,
+        start: usize,
+        end: Option<usize>,
+    ) -> Bound<'py, PyBytes> {
+        let part = data.get(start..end.map_or(data.len(), |end| end.min(data.len()))).unwrap_or_default();
+        self.output(py, |core, out| core.feed_one(input, part, out))
     }
 
     fn rest<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
