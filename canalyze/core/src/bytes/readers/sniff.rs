@@ -12,6 +12,9 @@ use crate::bytes::frame::Buses;
 /// Maximum number of examined bytes.
 pub const HEAD: usize = 64 * 1024;
 
+/// Maximum length of an examined line: the longest of a frame, in any format, is shorter.
+const LINE: usize = 4 * 1024;
+
 /// Signatures at fixed offsets: offset, bytes, name.
 const SIGNS: &[(usize, &[u8], &str)] = &[
     (0, b"\x89MCAP0\r\n", "mcap"),
@@ -49,6 +52,10 @@ const GBK: [&[&[u8]]; 2] = [&[b"\xD6\xA1ID", b"ID\xBA\xC5"], &[b"\xCA\xFD\xBE\xD
 /// `utf-16be`, `gbk`).
 pub fn sniff(head: &[u8], complete: bool) -> Option<&'static str> {
     let complete = complete || head.len() >= HEAD;
+    // Of more bytes the last line would be cut.
+    let whole = |head: &[u8]| memchr::memrchr(b'\n', head).map_or(head.len(), |end| end + 1);
+    let head =
+        head.get(..HEAD).filter(|_| head.len() > HEAD).map_or(head, |head| head.get(..whole(head)).unwrap_or(head));
     for (offset, sign, name) in SIGNS {
         let Some(rest) = head.get(*offset..) else { continue };
         if rest.starts_with(sign) {
@@ -93,10 +100,11 @@ fn text(head: &[u8], complete: bool) -> Option<&'static str> {
         }
         let (line, after) = rest.split_at_checked(end.unwrap_or(rest.len())).unwrap_or((rest, &[]));
         let (whole, line) = (line.trim_ascii(), unmarked(unquoted(line.trim_ascii())));
-        if let Some(name) = line_of(line) {
+        let is_read = whole.len() <= LINE;
+        if let Some(name) = is_read.then(|| line_of(line)).flatten() {
             return Some(name);
         }
-        if rows::is_row(whole, true) {
+        if is_read && rows::is_row(whole, true) {
             listed += 1;
             otherwise = "rows"; // unless lines of another format follow
             if listed == SURE {
@@ -185,7 +193,7 @@ fn is_trc_row(line: &[u8]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::sniff;
+    use super::{HEAD, LINE, sniff};
 
     #[test]
     fn formats_by_their_first_bytes() {
@@ -241,5 +249,16 @@ mod tests {
                 assert!(early.is_none() || early == Some(*name), "{name} at {cut}: {early:?}");
             }
         }
+    }
+
+    #[test]
+    fn long_lines_show_nothing() {
+        let long = "(1.5) can0 601#".to_owned() + &"40".repeat(LINE);
+        let asc = "   0.000000 1  601             Rx   d 1 40\n";
+        assert_eq!(sniff(format!("{long}\n{asc}").as_bytes(), true), Some("asc"));
+        assert_eq!(sniff(asc.repeat(HEAD).as_bytes(), true), Some("asc"));
+        // Beyond what is examined, a line that is cut shows nothing either.
+        let far = " ".repeat(HEAD - 10) + "\n" + asc;
+        assert_eq!(sniff(far.as_bytes(), true), Some("candump"));
     }
 }
