@@ -248,6 +248,10 @@ pub struct Node {
     unconfirmed: Vec<UnconfirmedPdo>,
     /// By its device type.
     profile: Profile,
+    /// Mapping parameters of PDOs that carry the objects of a drive, and of a device with inputs and outputs: all would have
+    /// to be gone through at each write of one.
+    of_drive: BTreeSet<u16>,
+    of_io: BTreeSet<u16>,
     /// The number of changes of it.
     turned: u8,
     /// PDOs that were compiled again since the last call: transmit or receive, and number.
@@ -329,6 +333,7 @@ impl Node {
     /// Compiles the PDOs whose objects have changed.
     pub fn compile(&mut self) {
         let changed = self.configuration.uncompiled();
+        changed.iter().for_each(|index| self.mapping_shows(*index));
         // It determines the types of mapped objects.
         let shows = |index: &u16| *index == DEVICE_TYPE || MAPPINGS.iter().any(|range| range.contains(index));
         if changed.iter().any(shows) && self.profile_now() != self.profile && self.turned < TURNS {
@@ -345,6 +350,9 @@ impl Node {
     pub fn compile_all(&mut self) {
         self.configuration.uncompiled();
         self.configuration.all_untold();
+        (self.of_drive, self.of_io) = (BTreeSet::new(), BTreeSet::new());
+        let mappings = MAPPINGS.map(|range| self.configuration.indices(range));
+        mappings.into_iter().flatten().for_each(|index| self.mapping_shows(index));
         self.profile = self.profile_now();
         let before = self.pdos.iter().map(|pdo| (pdo.transmit, pdo.number));
         let mut concerned: BTreeSet<_> = before.collect();
@@ -447,18 +455,34 @@ impl Node {
     /// Returns the profile by what the node's PDOs carry: a drive has a controlword or a statusword, a device with inputs
     /// and outputs their values, of eight or sixteen bits each.
     fn profile_by_mappings(&self) -> Profile {
-        let mut found = Profile::UNKNOWN;
-        for index in MAPPINGS.into_iter().flat_map(|range| self.configuration.indices(range)) {
-            let count = self.value(index, 0).map_or(0, |(count, _)| count as u8).min(8);
-            for (word, _) in (1..=count).filter_map(|sub| self.value(index, sub)) {
-                match (word >> 16 & 0xFFFF, word >> 8 & 0xFF, word & 0xFF) {
-                    (0x6040 | 0x6041, 0, 16) => return Profile::DRIVE,
-                    (0x6000 | 0x6200, 1.., 8) | (0x6401 | 0x6411, 1.., 16) => found = Profile::IO,
-                    _ => {}
-                }
+        match (self.of_drive.is_empty(), self.of_io.is_empty()) {
+            (false, _) => Profile::DRIVE,
+            (true, false) => Profile::IO,
+            (true, true) => Profile::UNKNOWN,
+        }
+    }
+
+    /// Notes which device an object shows, if it is a mapping parameter.
+    fn mapping_shows(&mut self, index: u16) {
+        if !MAPPINGS.iter().any(|range| range.contains(&index)) {
+            return;
+        }
+        let count = self.value(index, 0).map_or(0, |(count, _)| count as u8).min(8);
+        let (mut drive, mut io) = (false, false);
+        for (word, _) in (1..=count).filter_map(|sub| self.value(index, sub)) {
+            match (word >> 16 & 0xFFFF, word >> 8 & 0xFF, word & 0xFF) {
+                (0x6040 | 0x6041, 0, 16) => drive = true,
+                (0x6000 | 0x6200, 1.., 8) | (0x6401 | 0x6411, 1.., 16) => io = true,
+                _ => {}
             }
         }
-        found
+        for (all, shown) in [(&mut self.of_drive, drive), (&mut self.of_io, io)] {
+            if shown {
+                all.insert(index);
+            } else {
+                all.remove(&index);
+            }
+        }
     }
 
     /// Returns an object of the node as the only entry of a multiplex PDO: from byte 4 on, as long as its type. It has
