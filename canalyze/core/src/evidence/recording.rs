@@ -133,6 +133,8 @@ pub struct Recording {
     others: bool,
     /// True if an SDO client has gone on as if answered.
     goes_on: bool,
+    /// The SDO servers, one bit each by node-ID, with an answer in the capture.
+    answering: u128,
     stalls: Stalls,
     echo: Echo,
     duplicates: Duplicates,
@@ -299,6 +301,16 @@ impl Recording {
     /// Records that an SDO client goes on as if answered.
     pub fn client_goes_on(&mut self) {
         self.goes_on = true;
+    }
+
+    /// Records that the capture has the answer of an SDO server to a request.
+    pub fn shows_answer_of(&mut self, node: u8) {
+        self.answering |= 1 << (node & 0x7F);
+    }
+
+    /// Returns true if the capture has answers of other SDO servers than that of a node.
+    pub fn has_answers_beside(&self, node: u8) -> bool {
+        self.answering & !(1 << (node & 0x7F)) != 0
     }
 
     /// Returns true if the capture would contain the answers to requests of SDO clients: it has other frames than such

@@ -94,6 +94,11 @@ impl SdoChannel {
         }
     }
 
+    /// Takes whether the capture has answers of other servers by now.
+    pub fn others_answer(&mut self, cx: &Context<'_>) {
+        self.proof.others_answer = cx.evidence.recording.has_answers_beside(self.server.node);
+    }
+
     /// Takes that the server was only looked for, like all others.
     pub fn scanned(&mut self, scanned: bool) {
         self.verdicts.scanned |= scanned;
@@ -193,6 +198,7 @@ impl SdoChannel {
         self.step.command = half.command;
         let later = self.proof.first != Some(half.at) || self.hypotheses.is_later(half.at.no);
         self.proof.weigh(&half, later);
+        self.others_answer(cx);
         if self.proof.responses == 0 && self.proof.goes_on() {
             cx.evidence.recording.client_goes_on();
         }

@@ -3,7 +3,7 @@
 //! Nothing is judged before the first plausible request; findings are withheld until the channel has shown a valid
 //! request with its response.
 
-use super::limits::{SHORTEST_TIMEOUT_NS, UNANSWERED_NS};
+use super::limits::{GIVEN_UP_NS, SHORTEST_TIMEOUT_NS, UNANSWERED_NS};
 use super::phase::{Half, strict_initiate};
 use super::state::{Proof, SdoChannel};
 use super::unasked::APART_NS;
@@ -56,7 +56,12 @@ impl Proof {
         let odd = matches!(half.command, Command::Unknown(_)) || half.command.has_reserved_bits(half.bytes);
         self.odd = self.odd.saturating_add(u64::from(odd));
         self.strange = self.strange.saturating_add(u64::from(odd));
-        self.given_up += u64::from(matches!(half.command, Command::Abort(..)));
+        if let Command::Abort(object, _) = half.command {
+            self.given_up += 1;
+            // No other protocol names what it asked for again.
+            let named = self.last_request.is_some_and(|(asked, _)| asked == object);
+            self.usual = self.usual.saturating_add(u64::from(named && !odd && half.len == 8));
+        }
         let answers = matches!(half.command, Command::UploadInitiated(..) | Command::DownloadInitiated(_));
         self.usual = self.usual.saturating_add(u64::from(answers && !odd && is_usual(half)));
         if !strict_initiate(half) {
@@ -64,9 +69,12 @@ impl Proof {
         }
         if let Some(object) = half.command.mux() {
             let before = self.last_request.replace((object, half.at));
-            let soon =
-                |at: FrameRef| half.at.since(at).is_none_or(|apart| (Ns::ZERO..SHORTEST_TIMEOUT_NS).contains(&apart));
-            self.went_on += u64::from(before.is_some_and(|(other, at)| other != object && soon(at)));
+            let within = |limit_ns: Ns| {
+                let soon = |at: FrameRef| half.at.since(at).is_none_or(|apart| (Ns::ZERO..limit_ns).contains(&apart));
+                u64::from(before.is_some_and(|(other, at)| other != object && soon(at)))
+            };
+            self.went_on += within(SHORTEST_TIMEOUT_NS);
+            self.went_on_at_once += within(GIVEN_UP_NS);
         }
         self.plausible = self.plausible.saturating_add(1);
         self.usual = self.usual.saturating_add(u64::from(is_usual(half)));
@@ -77,10 +85,18 @@ impl Proof {
         }
     }
 
-    /// Returns true if the client goes on as if answered: at least every other request names a new object and comes
-    /// soon, and none was abandoned.
+    /// Returns the number of requests that show that the one before was answered: they name a new object and come soon.
+    /// Where the capture has the answers of others, this server's would be there, too, and a client with a short time-out
+    /// explains all that does not come at once.
+    fn shown_answered(&self) -> u64 {
+        if self.others_answer { self.went_on_at_once } else { self.went_on }
+    }
+
+    /// Returns true if the client goes on as if answered: at least every other request shows an answer, and none was
+    /// abandoned.
     pub(super) fn goes_on(&self) -> bool {
-        self.given_up == 0 && self.went_on > 0 && 2 * self.went_on + 1 >= self.plausible
+        let answered = self.shown_answered();
+        self.given_up == 0 && answered > 0 && 2 * answered + 1 >= self.plausible
     }
 
     /// Returns true if the channel's first frame is an unmistakable request, so that its flaws and those of its answer
@@ -94,6 +110,7 @@ impl SdoChannel {
     pub(super) fn trust(&mut self, cx: &mut Context<'_>) {
         (self.proof.trusted, self.proof.proven, self.proof.begun) = (true, true, true);
         cx.evidence.services.prove(self.server.node);
+        cx.evidence.recording.shows_answer_of(self.server.node);
         for finding in std::mem::take(&mut self.verdicts.withheld) {
             cx.emit(finding);
         }
@@ -139,12 +156,16 @@ impl SdoChannel {
     /// Returns the only recorded side if the recording is the cause: answers without any request, or a client that goes
     /// on as if answered.
     pub fn one_sided(&self) -> Option<OneSided> {
-        let Proof { requests, responses, went_on, first, .. } = self.proof;
+        let Proof { requests, responses, first, .. } = self.proof;
         if !self.is_one_sided() || self.is_sdo() != Some(true) || self.verdicts.scanned {
             return None;
         }
         let side = if requests == 0 { Side::Server } else { Side::Client };
-        let shown = if side == Side::Client { went_on >= WENT_ON && self.proof.goes_on() } else { responses > 1 };
+        let shown = if side == Side::Client {
+            self.proof.shown_answered() >= WENT_ON && self.proof.goes_on()
+        } else {
+            responses > 1
+        };
         Some(OneSided { side, frames: self.frames(), first: first?, node: self.server.node }).filter(|_| shown)
     }
 
@@ -170,7 +191,7 @@ impl SdoChannel {
             return;
         }
         let what: Verdict = match (unanswered, flood) {
-            (true, _) => Sdo031::Frames { frames }.into(),
+            (true, _) => Sdo031::Frames { frames: frames.saturating_sub(self.proof.given_up) }.into(),
             (false, true) => Sdo030::Flood { frames, duration: lasted }.into(),
             (false, false) => Sdo030::Frames { frames }.into(),
         };

@@ -146,11 +146,14 @@ pub(super) struct Proof {
     pub(super) plausible: u64,
     /// Number of requests and responses about objects that devices usually have.
     pub(super) usual: u64,
-    /// The client's last request while nothing is answered; the number of requests sooner than a client gives up, and
-    /// of those abandoned.
+    /// The client's last request while nothing is answered; the number of requests sooner than a client gives up, of
+    /// those sooner than any client does, and of those abandoned.
     pub(super) last_request: Option<(Mux, FrameRef)>,
     pub(super) went_on: u64,
+    pub(super) went_on_at_once: u64,
     pub(super) given_up: u64,
+    /// Answers of another server are in the capture.
+    pub(super) others_answer: bool,
     pub(super) first: Option<FrameRef>,
     pub(super) last: FrameRef,
 }

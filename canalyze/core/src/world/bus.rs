@@ -606,6 +606,7 @@ impl Bus {
         let sdo = self.channels.values().map(|channel| (channel.is_sdo(), channel.frames()));
         self.checks.conclude(sdo.chain(self.usdo.shown()), cx);
         self.look_for_scan();
+        self.channels.values_mut().for_each(|channel| channel.others_answer(cx));
         let one_sided: Vec<_> =
             self.channels.values().filter_map(|channel| channel.one_sided()).chain(self.usdo.one_sided()).collect();
         checks::one_sided::conclude(&one_sided, cx);
