@@ -333,8 +333,12 @@ impl SdoChannel {
             return;
         }
         let most = u64::from(block.most());
+        let owed = block.marks.complete.filter(|_| transfer.direction == Direction::Download);
         let acked = block.ack(transfer, half.at, ackseq, blksize);
         transfer.last = half.at;
+        if let Some(owed) = owed {
+            self.judge_delay(cx.evidence.recording.at(owed), false, half, cx);
+        }
         if acked.missing > 0 {
             self.find(Sdo024::Missing { missing: acked.missing.into() }, half.at, cx);
         }

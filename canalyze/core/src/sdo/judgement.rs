@@ -10,7 +10,7 @@ use super::transfer::Transfer;
 use super::wire::{self, Command, Segment, Side};
 use crate::bytes::frame::FrameRef;
 use crate::bytes::ns::Ns;
-use crate::evidence::Rules;
+use crate::evidence::{Rules, When};
 use crate::rules::finding::{Code, Finding, Severity, Verdict};
 use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo010, Sdo012, Sdo018, Sdo020, Sdo023, Sdo024};
 use crate::world::context::Context;
@@ -226,25 +226,30 @@ impl SdoChannel {
 
     /// Reports an answer later than clients wait.
     pub(super) fn judge_time(&mut self, request: &Half, response: &Half, cx: &mut Context<'_>) {
-        let (Some(asked), Some(answered)) = (request.at.t_ns, response.at.t_ns) else { return };
+        self.judge_delay(request.when, self.is_edge(request), response, cx);
+    }
+
+    /// Reports the same of what the server owed since a frame. `edge`: an earlier one may have been before the capture.
+    pub(super) fn judge_delay(&mut self, since: When, edge: bool, response: &Half, cx: &mut Context<'_>) {
+        let (Some(asked), Some(answered)) = (since.at.t_ns, response.at.t_ns) else { return };
         let delay = answered - asked;
         self.history.slowest_ns = self.history.slowest_ns.max(delay);
         let object = self.transfer.as_ref().and_then(|transfer| transfer.mux);
         let recording = &cx.evidence.recording;
         // During a silence of the whole bus the recorder may have paused.
         let heard = recording.lateness_ns(response.when) < delay / 2;
-        let late = heard && recording.certainly_later(response.when, request.when, LATE_NS);
-        if late && self.proof.trusted && !self.is_edge(request) && !object.is_some_and(takes_time) {
+        let late = heard && recording.certainly_later(response.when, since, LATE_NS);
+        if late && self.proof.trusted && !edge && !object.is_some_and(takes_time) {
             let evidence = &cx.evidence;
             let because_of = evidence.circumstances.excuse(
                 Rules::SdoTime,
                 Some(self.server.node),
-                (request.when, cx.at),
+                (since, cx.at),
                 &evidence.recording,
             );
             let because_of =
-                self.verdicts.overdue.filter(|(no, _)| *no == request.at.no).map(|(_, at)| at).or(because_of);
-            let found = cx.verdict(Sdo020::Slow { delay }, Some(self.server.node), object, Some(request.at));
+                self.verdicts.overdue.filter(|(no, _)| *no == since.at.no).map(|(_, at)| at).or(because_of);
+            let found = cx.verdict(Sdo020::Slow { delay }, Some(self.server.node), object, Some(since.at));
             cx.report_timed(Finding { because_of, ..found });
         }
     }
