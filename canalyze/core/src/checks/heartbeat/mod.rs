@@ -444,8 +444,10 @@ impl Producer {
         }
     }
 
+    /// Returns the period, in ns. Two short gaps, as behind a boot-up, may be anything.
     fn expected(&self) -> Option<Ns> {
-        Some(self.period.expected()?.ns)
+        let known = self.period.expected()?;
+        (known.ns >= LEAST_SLACK_NS || known.confidence != Confidence::Likely).then_some(known.ns)
     }
 
     /// Returns the tolerance for a late heartbeat, in ns.
