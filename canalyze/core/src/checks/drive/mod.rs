@@ -314,7 +314,9 @@ impl Drive {
         if axis.controlwords.given == Some(asked) {
             return;
         }
-        let command = axis.controlwords.given.and_then(|given| drive::command(word, Some(given)));
+        let given = axis.controlwords.given;
+        // Only a reset needs the word before it: its bit may have been set all along.
+        let command = drive::command(word, given).filter(|it| given.is_some() || *it != DriveCommand::FaultReset);
         axis.controlwords.given = Some(asked);
         let state = axis.sample.map(|sample| sample.state);
         // Only a fault reset leads out of a fault; its edge counts, whatever follows.
