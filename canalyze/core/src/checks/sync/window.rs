@@ -327,6 +327,12 @@ impl TpdoTrack {
         self.steady >= self.configured.needed
     }
 
+    /// Returns true if its frame of this cycle has not come yet.
+    fn is_due(&self, cycle: u64) -> bool {
+        let turns = cycle.abs_diff(self.phase).checked_rem(u64::from(self.configured.kind));
+        self.cyclic() && !self.came(cycle) && turns == Some(0)
+    }
+
     fn came(&self, cycle: u64) -> bool {
         self.last.is_some_and(|last| last.cycle >= cycle)
     }
@@ -344,7 +350,10 @@ impl TpdoTrack {
             }
             return;
         }
-        if self.configured.kind == 252 || asked {
+        // The frame that is due in this cycle comes beside the answer.
+        let due = self.is_due(now.cycle);
+        self.asked = asked && due;
+        if self.configured.kind == 252 || asked && !due {
             return;
         }
         let last = self.last.replace(now).filter(|last| last.cycle > 0);
