@@ -9,7 +9,7 @@ import struct
 
 from kind_row import Sample
 from kinds_of_nodes import NODE, PERIOD, beats, started
-from network import OPERATIONAL, PRE_OPERATIONAL, RESET_NODE, START, Follower, Frames, Network
+from network import OPERATIONAL, RESET_NODE, START, Follower, Frames, Network
 
 NO_OBJECT = 0x0602_0000
 """An SDO abort code."""
@@ -38,7 +38,7 @@ def resets(times: int, pause: float = 2) -> Frames:
 def mute(faulty: bool) -> Frames:
     """A node is reset and boots; then its heartbeats come again, or nothing does."""
     net = beats(started(4, NODE), {4: 12, NODE: 3}).wait(3.05).nmt(RESET_NODE, NODE).wait(0.1).boot(NODE)
-    return (net if faulty else beats(net, {NODE: 9}, ((0, PRE_OPERATIONAL),))).frames()
+    return (net if faulty else beats(net.wait(0.1).nmt(START, NODE), {NODE: 9})).frames()
 
 
 def another_device(faulty: bool) -> Frames:

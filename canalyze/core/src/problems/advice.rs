@@ -50,6 +50,7 @@ fn holds(when: When, one: &Problem, timed: bool) -> bool {
         When::NotMappable => aborted(|code| code.meaning() == 0x0604_0041),
         When::TooLong => aborted(|code| code.meaning() == 0x0604_0042),
         When::WrongState => aborted(|code| (0x0800_0020..=0x0800_0022).contains(&code.meaning())),
+        When::TimedOut => aborted(AbortCode::is_timeout),
         When::Violation => aborted(AbortCode::is_violation),
         When::Busy => aborted(AbortCode::is_busy),
         When::NoPdoParameter => one.object().is_none_or(|mux| pdo_parameter(mux.index).is_none()),

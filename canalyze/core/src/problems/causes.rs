@@ -361,6 +361,8 @@ fn configuration_lost(pair: &Pair<'_>) -> Option<(Grade, Ns)> {
     let Pair { cause, effect, delay, same_node } = *pair;
     let silent = effect.kind.is(KindRole::AloneSilent) && cause.kind.is(KindRole::Loop);
     let booted = effect.kind.is(KindRole::OldConfiguration) && cause.kind.is(KindRole::LosesConfiguration);
+    // What came before the boot-up may be its cause.
+    let booted = booted && delay >= Ns::ZERO;
     (same_node && (silent || booted)).then_some((Grade::Likely, delay))
 }
 

@@ -6,7 +6,7 @@
 use super::kinds::ProblemKind;
 use super::ledger::Ledger;
 use super::links;
-use super::problem::{self, Status, StepRole, bit};
+use super::problem::{self, Problem, Status, StepRole, bit};
 use super::roles::KindRole;
 use super::sayings::Saying;
 use super::scene::{Heard, Last, Scene};
@@ -645,12 +645,14 @@ impl OfBus {
         self.emergencies.finish(scene!(self, ledger, bus, id, end));
         for place in 0..ledger.all.len() {
             let back = self.nodes.back(place);
+            let unstarted = ledger.get(place).is_some_and(|one| self.is_unstarted(one, ledger));
             let Some(one) = ledger.get_mut(place).filter(|one| one.bus == id) else { continue };
             let gone = one.subject.node.is_some_and(|node| self.nodes.is_silent(node));
             let others = self.heard.operational & !one.subject.nodes & self.heard.serving != 0;
             let long = end.since(one.begin).is_some_and(|since| since >= ALONE_NS);
             let idle = others && one.subject.node.is_some_and(|node| !self.heard.is_operational(node));
-            one.status = status(one, end, (back, gone, others && long, idle));
+            let left_alone = others && long && (unstarted || !one.kind.is(KindRole::Reset));
+            one.status = status(one, end, (back, gone, left_alone, idle));
             // The node was stopped in order to be written to.
             let written =
                 |node: u8| self.heard.noted(Last::Written, node).is_some_and(|written| written.no > one.begin.no);
@@ -665,5 +667,17 @@ impl OfBus {
                 self.stands(place, since, end, ledger);
             }
         }
+    }
+    /// Returns true if the nodes of a reset by command have booted and send heartbeats, but were not started again, and no
+    /// other problem says more of them.
+    fn is_unstarted(&self, one: &Problem, ledger: &Ledger) -> bool {
+        let waits = |node: u8| {
+            self.nodes.booted_since(node, one.begin) && !self.nodes.is_silent(node) && !self.heard.is_operational(node)
+        };
+        let told =
+            |other: &Problem| other.id != one.id && other.subject.node.is_some_and(|node| one.subject.concerns(node));
+        one.kind.is(KindRole::Reset)
+            && problem::members(one.subject.nodes).all(waits)
+            && !ledger.told().any(|other| told(other) && !other.kind.is_harmless() && other.end.is_none())
     }
 }

@@ -280,6 +280,8 @@ pub(super) struct Clue {
     pub(super) because_of: Option<u64>,
     /// Minimum number of times from which it counts.
     pub(super) least: u64,
+    /// The frame by which a client shows that it does not wait for a response any longer.
+    pub(super) given_up: Option<FrameRef>,
     /// True if no frame shows at the end of the capture whether it goes on.
     pub(super) unsettled: bool,
     /// True if the last frames show that it goes on.

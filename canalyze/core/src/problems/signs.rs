@@ -102,6 +102,8 @@ pub(super) enum When {
     TooLong,
     /// The state of the device does not allow it.
     WrongState,
+    /// The abort code says that the other side did not go on.
+    TimedOut,
     /// The abort code says that the protocol was violated.
     Violation,
     /// The abort code says that the server was busy.

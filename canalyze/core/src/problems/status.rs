@@ -51,8 +51,8 @@ pub(super) fn status(
     (back, gone, left_alone, idle): (Option<FrameRef>, bool, bool, bool),
 ) -> Status {
     let is = |role: KindRole| one.kind.is(role);
-    // A single node that stays stopped while others run is not intended.
-    if is(KindRole::Stop) && one.end.is_none() && left_alone && !one.has("started_again") {
+    // A single node that stays stopped, or is not started behind a reset, while others run is not intended.
+    if (is(KindRole::Stop) || is(KindRole::Reset)) && one.end.is_none() && left_alone && !one.has("started_again") {
         return Status::Open;
     }
     // It was not switched on yet, or clearing bit 2 of the controlword requested the quick stop.

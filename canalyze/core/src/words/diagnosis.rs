@@ -120,6 +120,10 @@ pub fn notice(out: &mut Vec<u8>, lang: Lang, nature: Nature, diagnosis: &Diagnos
         (Nature::Foreign, _) => {
             put!(out; lang.pick("不像CANopen的报文: 未作判断", "this does not look like CANopen: nothing was checked"));
         }
+        (Nature::Silent, _) if diagnosis.extent().0 > 0 => put!(out; lang.pick(
+            "只有远程帧或错误帧: 未作判断",
+            "only remote requests or error frames: nothing was checked",
+        )),
         (Nature::Silent, _) => put!(out; lang.pick("没有报文: 未作判断", "no traffic: nothing was checked")),
         (Nature::Unproven, _) => {
             put!(out; lang.pick("无法确认是CANopen: 判断有限", "may not be CANopen: little could be checked"));

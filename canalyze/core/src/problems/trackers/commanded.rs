@@ -3,11 +3,15 @@
 //! A command to all nodes does not affect the controller that sends it, which continues without a boot-up.
 
 use crate::bytes::frame::FrameRef;
+use crate::bytes::ns::Ns;
 use crate::problems::ledger::{Ledger, LedgerPlace};
 use crate::problems::problem::{StepRole, bit};
 use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
+
+/// Time for which a heartbeat may have waited to be sent when a command came, in ns.
+const ON_ITS_WAY_NS: Ns = Ns::from_ms(10);
 
 /// A command that has not ended.
 #[derive(Clone, Copy, Debug)]
@@ -55,6 +59,10 @@ impl Commanded {
     pub(super) fn is_over_with(&mut self, node: u8, booted: Option<FrameRef>, scene: &mut Scene<'_>) -> bool {
         let at = scene.at;
         let Some(one) = scene.ledger.get_mut(self.place) else { return false };
+        // A heartbeat so soon behind the command was sent, or waited to be sent, before it.
+        if at.since(one.repeats.since).is_some_and(|since| (Ns::ZERO..ON_ITS_WAY_NS).contains(&since)) {
+            return false;
+        }
         let booted = booted.is_some_and(|boot| boot.no > one.begin.no);
         let others = one.subject.nodes & !bit(node);
         if one.kind.is(KindRole::Reset) && !booted && others != 0 {

@@ -238,6 +238,9 @@ impl RuleProblems {
         let one = scene.ledger.get_mut(place)?;
         one.clue.because_of = because;
         one.clue.least = least;
+        // A client that sends something else waits no longer; that nobody answers in time is no frame.
+        let asks = finding.node.and_then(|node| scene.heard.noted(Last::Request, node));
+        one.clue.given_up = asks.filter(|asks| *asks == finding.at && asks.no > at.no);
         one.clue.sync = producer;
         one.repeats.count = times(finding, least);
         for (name, value) in finding.measured().iter().flat_map(|all| all.facts()) {
@@ -430,11 +433,12 @@ fn says_same(one: &Problem, finding: &Finding) -> bool {
     !one.kind.is(KindRole::OneRule) || code && sentence(one.measured) == sentence(finding.measured())
 }
 
-/// Records that the unanswered request of a problem was answered after its client had given up.
+/// Records that the unanswered request of a problem was answered later.
 fn answered_late(one: &mut Problem, finding: &Finding) {
     one.kind = ProblemKind::LateAnswer;
-    for (name, until) in [("delay", finding.at), ("waited", one.noticed)] {
-        if let Some(ns) = until.since(one.begin) {
+    let waited = one.clue.given_up.and_then(|at| at.since(one.begin));
+    for (name, ns) in [("delay", finding.at.since(one.begin)), ("waited", waited)] {
+        if let Some(ns) = ns {
             one.fact(name, Quantity::Ns(ns));
         }
     }

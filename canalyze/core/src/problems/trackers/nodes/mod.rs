@@ -155,6 +155,11 @@ impl NodeProblems {
         self.silent.contains_key(&node)
     }
 
+    /// Returns true if a node has booted since a frame.
+    pub(in crate::problems) fn booted_since(&self, node: u8, at: FrameRef) -> bool {
+        self.booted.get(&node).is_some_and(|booted| booted.no > at.no)
+    }
+
     /// Returns the last boot-up of the nodes of a problem that are back without being Operational.
     pub(in crate::problems) fn back(&self, place: LedgerPlace) -> Option<FrameRef> {
         let waiting = self.waiting.iter().filter(|(_, places)| places.contains(&place));
