@@ -29,6 +29,9 @@ use crate::bytes::ns::Ns;
 /// Number of bytes of a file that are examined for the meaning of its stamps.
 const HEAD: usize = 64 * 1024;
 
+/// Arrows that people write between a request and its response in one line.
+const ARROWS: [&[u8]; 3] = [b"->", b"=>", b"\xE2\x86\x92"];
+
 /// The meaning of small stamps of console lines (option `--stamps`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stamps {
@@ -297,22 +300,35 @@ impl Candump {
         self.give(line, buses, sink);
         if tail_damaged {
             self.no_frame(buses, sink);
-        } else if compact {
-            self.further((stamp, bus), tail, buses, sink);
+        } else if !tail.is_empty() {
+            self.further((stamp, bus), (tail, compact), buses, sink);
         }
         self.plain = plain;
     }
 
-    /// Hands on further frames in the text after one; they have its time and bus.
+    /// Hands on further frames in the text after one, `compact` or not; they have its time and bus, if no own ones.
     fn further(
         &mut self,
         (stamp, bus): (Option<Stamp>, BusId),
-        mut tail: &[u8],
+        (mut tail, compact): (&[u8], bool),
         buses: &mut Buses,
         sink: &mut impl FnMut(Item, &Buses),
     ) {
         loop {
             let text = tail.trim_ascii_start();
+            if let Some(answer) = ARROWS.iter().find_map(|arrow| text.strip_prefix(*arrow)) {
+                let mut line = general(answer, false);
+                if !matches!(line.what, LineContent::Frame) {
+                    return;
+                }
+                line.frame.bus = if line.bus.is_empty() { bus } else { buses.intern(line.bus) };
+                (line.stamp, tail) = (line.stamp.or(stamp), line.tail);
+                self.give(line, buses, sink);
+                continue;
+            }
+            if !compact {
+                return;
+            }
             let text = skip_blanks(text.strip_prefix(b";").or(text.strip_prefix(b",")).unwrap_or(text));
             let (first, after) = word(text);
             let mut frame = Frame { bus, ..Frame::classic(CanId::standard(0), &[]) };

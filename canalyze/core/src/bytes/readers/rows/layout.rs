@@ -1,6 +1,6 @@
 //! The layout of a listing, and that of a heading.
 
-use super::columns::Column::{self, Code, Data, Direction, Id, Length, Other, Part, Sent, Ticks, Time};
+use super::columns::Column::{self, Channel, Code, Data, Direction, Id, Length, Other, Part, Sent, Ticks, Time};
 use super::columns::{Separator, UNSAID, cells, names};
 use super::pairs::pairs;
 use super::row::{CLASSIC, Row, id_digits, side};
@@ -152,6 +152,11 @@ impl RowLayout {
                 _ => true,
             };
             (fits || !blanks).then_some(())?;
+            if matches!(column, Channel(_)) && blanks && cell.eq_ignore_ascii_case(b"can") {
+                // `CAN 1` is one cell.
+                let number = rest.next_if(|cell| cell.len() <= 2 && cell.iter().all(u8::is_ascii_digit));
+                number.map_or(Some(()), |number| row.take(Channel(1), number))?;
+            }
             if matches!(column, Id(_)) {
                 // `1802 (0x70a)`.
                 let hex = rest.next_if(|cell| cell.starts_with(b"(0x"));

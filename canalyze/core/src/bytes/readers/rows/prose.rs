@@ -6,7 +6,7 @@
 //! length in brackets, or as an SDO of eight bytes. Once a file has shown a layout (`known`), rows need no mark.
 
 use super::columns::Column::{self, Channel, Data, Id, Length, Time};
-use super::columns::{SECOND, Separator};
+use super::columns::Separator;
 use super::layout::{RowLayout, is_service};
 use super::marked::slcan;
 use super::objects;
@@ -26,6 +26,9 @@ const LABELS: [&str; 11] =
 const KINDS: [&str; 3] = ["std", "ext", "xtd"];
 /// Words before the bytes.
 const BYTES: [&str; 4] = ["data", "bytes", "payload", "数据"];
+/// Names of services that people write before an identifier, without the number of a PDO.
+const SERVICES: [&str; 12] =
+    ["nmt", "sync", "emcy", "time", "pdo", "tpdo", "rpdo", "sdo", "tsdo", "rsdo", "hb", "heartbeat"];
 /// Labels of a length.
 const LENGTHS: [&str; 5] = ["dlc", "len", "length", "dl", "size"];
 
@@ -50,10 +53,10 @@ pub(super) fn guess(line: &[u8], known: bool) -> Option<(RowLayout, Row<'_>)> {
     row.end = last.filter(|_| several).map_or(0, |last| last.begin + last.text.len());
     let head = words.get(..place)?;
     let mut columns = Vec::new();
-    if let Some(cell) = stamp(line, head) {
-        row.take(Time(SECOND), cell)?;
+    if let Some((cell, unit)) = stamp(line, head) {
+        row.take(Time(unit), cell)?;
         row.wraps_ns = Ns::ZERO;
-        columns.push(Time(SECOND));
+        columns.push(Time(unit));
     }
     if let Some(bus) = head.iter().rev().find(|word| is_bus(word.text)) {
         row.take(Channel(1), bus.text)?;
@@ -116,7 +119,9 @@ fn found<'a>(words: &[Word<'a>], place: usize, known: bool) -> Option<Row<'a>> {
     let marked = is_marked(words, place);
     // Wireshark names the kind of an identifier, and lists no length.
     let kind = place.checked_sub(1).and_then(|before| words.get(before)).filter(|kind| kind.colon);
-    let kind = kind.is_some_and(|kind| KINDS.iter().any(|known| kind.text.eq_ignore_ascii_case(known.as_bytes())));
+    let kind = kind.is_some_and(|kind| {
+        KINDS.iter().any(|known| kind.text.eq_ignore_ascii_case(known.as_bytes())) || is_service_name(kind.text)
+    });
     match words.get(place + 1..) {
         Some([]) if known && (word.colon || kind) => return Some(row),
         Some([remote]) if known && kind && remote.text == b"RTR" => {
@@ -158,7 +163,13 @@ fn found<'a>(words: &[Word<'a>], place: usize, known: bool) -> Option<Row<'a>> {
                 rest.get(..used)?.iter().try_for_each(|word| take(&mut row, word.text))?;
                 return Some(row).filter(|row| marked || known || next.bracketed || is_service(row));
             }
-            None => bytes(words.get(at..)?, None),
+            None => {
+                let said = label
+                    .is_some_and(|label| BYTES.iter().any(|word| label.text.eq_ignore_ascii_case(word.as_bytes())));
+                let all = words.get(at..)?;
+                let short = marked && said && (1..=CLASSIC).contains(&all.len()) && is_short(all);
+                if short { Some(all.len()) } else { bytes(all, None) }
+            }
         };
         if let Some(used) = count {
             row.end = at + used;
@@ -217,13 +228,20 @@ fn bytes(words: &[Word<'_>], listed: Option<usize>) -> Option<usize> {
         (Some(count), _) if grouped > 1 && grouped == count => Some(1),
         (None, _) if (2..=CLASSIC).contains(&grouped) && is_end(words.get(1..), grouped) => Some(1),
         (Some(count), Some(word)) if word.len() == 2 * count => Some(1),
-        (Some(count), _) => (run == count).then_some(run),
+        (Some(count), _) if run == count => Some(run),
+        // Programs that print numbers leave zeros out.
+        (Some(count), _) => (words.len() == count && is_short(words)).then_some(count),
         // A long number with a prefix may be any.
         (None, Some(digits)) if is_end(words.get(1..), digits.len() / 2) => {
             (digits.len() == 2 * CLASSIC || words.first().is_some_and(|word| word.text == digits)).then_some(1)
         }
         (None, _) => ((1..=CLASSIC).contains(&run) && is_end(words.get(run..), run)).then_some(run),
     }
+}
+
+/// Returns true if all words are bytes of one or two digits, without zeros before them.
+fn is_short(words: &[Word<'_>]) -> bool {
+    words.iter().all(|word| (1..=2).contains(&word.text.len()) && is_hex(word.text))
 }
 
 /// Returns true if a row ends before words: there are none, a remark follows, the bytes as text, or no more bytes fit.
@@ -251,11 +269,18 @@ fn take<'a>(row: &mut Row<'a>, word: &'a [u8]) -> Option<()> {
     }
 }
 
-/// Returns true if nothing but times, numbers, directions and buses stands before a word.
+/// Returns true for the name of a service, with or without a number.
+fn is_service_name(word: &[u8]) -> bool {
+    let end = word.iter().rposition(|byte| !byte.is_ascii_digit()).map_or(0, |last| last + 1);
+    let name = word.get(..end).unwrap_or_default();
+    SERVICES.iter().any(|known| name.eq_ignore_ascii_case(known.as_bytes()))
+}
+
+/// Returns true if nothing but times, numbers, directions, buses and names of services stands before a word.
 fn plain(words: &[Word<'_>], place: usize) -> bool {
     let known = |word: &Word<'_>| {
         let number = word.text.iter().all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b':' | b'-' | b'/'));
-        number || is_bus(word.text) || side(word.text).is_some()
+        number || is_bus(word.text) || side(word.text).is_some() || is_service_name(word.text)
     };
     words.get(..place).is_some_and(|head| head.iter().all(known))
 }

@@ -1,6 +1,6 @@
 //! The words of a line with text around a row: without labels and signs, and what they say of time, bus and direction.
 
-use super::columns::SECOND;
+use super::columns::{MILLISECOND, SECOND};
 use super::row::{Row, direction};
 use super::times::{begins_with_comma, time};
 use crate::bytes::frame::Direction;
@@ -98,8 +98,9 @@ pub(super) fn is_time(word: &[u8]) -> bool {
 }
 
 /// Returns the time in the words before an identifier, with the date before it and the half of the day behind it: a
-/// number of seconds since 1970, else the first time of day, else a number at the begin of the line or in brackets.
-pub(super) fn stamp<'a>(line: &'a [u8], head: &[Word<'a>]) -> Option<&'a [u8]> {
+/// number of seconds since 1970, else the first time of day, else a number at the begin of the line or in brackets. With it
+/// comes its unit in ns, seconds without one.
+pub(super) fn stamp<'a>(line: &'a [u8], head: &[Word<'a>]) -> Option<(&'a [u8], i64)> {
     let labelled = |word: &Word<'_>| {
         let label = word.whole.get(..word.whole.len() - word.text.len()).unwrap_or_default();
         word.labelled && !matches!(label.first(), Some(b't' | b'T'))
@@ -122,7 +123,9 @@ pub(super) fn stamp<'a>(line: &'a [u8], head: &[Word<'a>]) -> Option<&'a [u8]> {
     let end = half.map_or(to, |half| half.begin + half.text.len());
     let spans = [(date, end), (from, end), (date, to)];
     let mut longer = spans.iter().filter_map(|(from, to)| line.get(*from..*to));
-    longer.find(|cell| time(cell, SECOND).is_some()).or(Some(word.text))
+    let in_ms = head.get(at + 1).is_some_and(|word| matches!(word.text, b"ms" | b"msec"));
+    let unit = if in_ms { MILLISECOND } else { SECOND };
+    longer.find(|cell| time(cell, SECOND).is_some()).or(Some(word.text)).map(|cell| (cell, unit))
 }
 
 /// Returns the direction that a word or an arrow shows.
@@ -144,7 +147,7 @@ pub(super) fn is_bus(word: &[u8]) -> bool {
 /// Takes time, bus and direction from the text before a row.
 pub(super) fn take_before<'a>(row: &mut Row<'a>, text: &'a [u8]) {
     let words = words(text);
-    row.stamp = stamp(text, &words).and_then(|cell| time(cell, SECOND));
+    row.stamp = stamp(text, &words).and_then(|(cell, unit)| time(cell, unit));
     let bus = words.iter().rev().find(|word| is_bus(word.text));
     (row.channel, row.first) = bus.map_or((&b""[..], 1), |bus| (bus.text, 1));
     row.direction = words.iter().rev().find_map(|word| direction(word.text));

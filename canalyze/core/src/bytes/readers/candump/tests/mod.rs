@@ -268,6 +268,22 @@ fn check(line: &str, expected: &str) {
 }
 
 #[test]
+fn a_request_and_its_response_with_an_arrow_between_them() {
+    let both = "1: can0 601 8 4018100100000000\n1: can0 581 8 431810019A000000\n1 lines\n";
+    let (asked, answered) = ("can0 601 [8] 40 18 10 01 00 00 00 00", "can0 581 [8] 43 18 10 01 9A 00 00 00");
+    for arrow in [" -> ", " => ", " \u{2192} "] {
+        assert_eq!(read(&format!("{asked}{arrow}{answered}\n")), both, "{arrow}");
+    }
+    assert_eq!(read(&format!("{asked} -> 581 [8] 43 18 10 01 9A 00 00 00\n")), both);
+    // Words behind an arrow are a remark.
+    for remark in [" -> the node answers", " -> no answer", "  # -> 581 [1] 40"] {
+        assert_eq!(read(&format!("{asked}{remark}\n")).lines().count(), 2, "{remark}");
+    }
+    let compact = "1: 601 8 4018100100000000\n1: 581 8 431810019A000000\n1 lines\n";
+    assert_eq!(read("601#4018100100000000 -> 581#431810019A000000\n"), compact);
+}
+
+#[test]
 fn what_is_no_frame_and_says_nothing() {
     for line in [
         "",
