@@ -202,7 +202,7 @@ def synchronous(asked: float | None, missing: int | None, answered: bool = True)
 @pytest.mark.parametrize("asked", [0.0002, 0.002, 0.005, 0.0098])
 def test_a_remote_request_leaves_a_synchronous_pdo_alone(asked: float, answered: bool) -> None:
     assert not found(synchronous(asked, None, answered))
-    # One that is missing elsewhere is told all the same.
+    # One that is missing elsewhere is reported all the same.
     assert {row["code"] for row in found(synchronous(asked, 150, answered))} == {"SYN008"}
 
 

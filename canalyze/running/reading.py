@@ -150,10 +150,10 @@ class _Input:
         self.data = b""
         """The bytes that were read last."""
         self.start = self.end = 0
-        """The part of it that has its turn: to copy it would cost as much as to read it."""
+        """The part of `data` to be fed: to copy it would cost as much as to read it."""
 
     def go_on(self, most: int) -> bool:
-        """Returns true if a further part has its turn, of at most so many bytes."""
+        """Returns true if there is a next part, of at most `most` bytes, and makes it the current one."""
         if self.at_rest:
             self.data, self.end = self.capture.read(), 0
         self.start, self.end = self.end, min(self.end + most, len(self.data))
@@ -165,7 +165,7 @@ class _Input:
         return self.end == len(self.data)
 
     def forget(self) -> None:
-        """Frees what was read, once all of it was taken: other files may have their turn for long."""
+        """Frees what was read, once all of it was fed: other files may have their turn for long."""
         if self.at_rest:
             self.data, self.start, self.end = b"", 0, 0
 

@@ -86,7 +86,7 @@ impl Proof {
     }
 
     /// Returns the number of requests that show that the one before was answered: they name a new object and come soon.
-    /// Where the capture has the answers of others, this server's would be there, too, and a client with a short time-out
+    /// If the capture has the answers of others, this server's would be there, too, and a client with a short time-out
     /// explains all that does not come at once.
     fn shown_answered(&self) -> u64 {
         if self.others_answer { self.went_on_at_once } else { self.went_on }
