@@ -1,7 +1,7 @@
 """Problems that `canalyze sniff` tells of real SocketCAN: at the end those that `diagnose` says of candump's log.
 
-Needs what `test_sniff_beside_candump.py` needs. Frames come when the stamps of a sample say. What it must not do: test
-what is diagnosed, or judge speed.
+Needs what `test_sniff_beside_candump.py` needs. Frames come when the stamps of a sample say; where this machine stood
+still meanwhile, they are sent again. What it must not do: test what is diagnosed, or judge speed.
 """
 
 from __future__ import annotations
@@ -14,12 +14,15 @@ import can
 import pytest
 from captures import SAMPLES, SHARED, Row, sort_rows
 from diagnoses import diagnosed
-from listeners import Listeners, finish, need
+from listeners import ATTEMPTS, Ended, Listeners, finish, need
 from listeners import bus as bus
 from other_readers import candump_log
 from test_live_incidents import ended_as, final
 
 CAPTURES = [SAMPLES / "problems.log", *sorted((SHARED / "stories").glob("*.log"))]
+
+LATEST_NS = 100_000_000
+"""Lateness below which a file and a listener have always told the same."""
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -37,21 +40,43 @@ def replay(path: Path, interface: str = "vcan0") -> None:
             sender.send(can.Message(arbitration_id=frame.can_id, data=frame.data, is_extended_id=False))
 
 
+def latest_ns(path: Path, log: bytes) -> int:
+    """How late the latest frame of a replay was sent, against the first; one that ends it follows in its log."""
+    planned, sent = candump_log(path.read_text()), candump_log(log.decode())[:-1]
+    off = [now.t_ns - frame.t_ns for now, frame in zip(sent, planned, strict=True)]
+    return max(off) - off[0]
+
+
+def replayed(path: Path, bus: Listeners) -> list[Ended]:
+    """What candump, rows, and text in both languages show of a log that was sent when it says.
+
+    Frames that all come late, and then in a row, are a recorder's that stood still. A file may show that by any later
+    frame, and a listener waits for those a short time only: there the two may differ.
+    """
+    for attempt in range(ATTEMPTS):
+        rows, zh, en = (
+            bus.sniff("vcan0", "--format", "jsonl"),
+            bus.sniff("vcan0", lang="zh", name="zh"),
+            bus.sniff("vcan0", lang="en", name="en"),
+        )
+        # With the side of each frame: what the host has sent itself may be listed late, and less is judged of it.
+        recorder = bus.candump(options=("-L", "-x"))
+        replay(path)
+        ended = finish(recorder, rows, zh, en)
+        if latest_ns(path, ended[0].out) < LATEST_NS or attempt == ATTEMPTS - 1:
+            break
+        bus.directory = bus.directory / "again"
+        bus.directory.mkdir()
+    return ended
+
+
 def incidents(out: bytes) -> list[Row]:
     return [row for row in map(json.loads, out.splitlines()) if row["kind"] == "problem"]
 
 
 @pytest.mark.parametrize("path", CAPTURES, ids=lambda path: path.stem)
 def test_the_last_word_is_that_of_the_recording(path: Path, bus: Listeners) -> None:
-    rows, zh, en = (
-        bus.sniff("vcan0", "--format", "jsonl"),
-        bus.sniff("vcan0", lang="zh", name="zh"),
-        bus.sniff("vcan0", lang="en", name="en"),
-    )
-    # With the side of each frame: those that the host has sent itself may be listed late, and less is judged of them.
-    recorder = bus.candump(options=("-L", "-x"))
-    replay(path)
-    log, live, *texts = finish(recorder, rows, zh, en)
+    log, live, *texts = replayed(path, bus)
     told = incidents(live.out)
     recorded = diagnosed(log.out).incidents
     assert ended_as(final(told)) == ended_as(recorded)
