@@ -34,7 +34,7 @@ from canalyze.commands.export import name_of
 from canalyze.errors import OutputError
 from canalyze.exporting import FOLDER, TABLES, Target, form_of
 from canalyze.exporting.export import ROWS, SETTINGS, About, Export
-from canalyze.exporting.shaping import Message, identifier, joined
+from canalyze.exporting.shaping import SIGNALS, Message, identifier, joined
 from canalyze.running.reading import SessionOptions
 
 NETWORK = SAMPLES / "network" / "sync-and-pdos.log"
@@ -305,6 +305,12 @@ def field(name: str, kind: pa.DataType, unit: str = "") -> pa.Field:
     return pa.field(name, kind, metadata={"object": "2000:00", **({"unit": unit} if unit else {})})
 
 
+def columns(message: Message, table: str, schema: pa.Schema) -> list[str]:
+    names = message.names(table, schema)
+    assert names is not None
+    return list(names.values())
+
+
 def test_names_of_signals() -> None:
     message = Message()
     first = pa.schema(
@@ -318,18 +324,36 @@ def test_names_of_signals() -> None:
             *(field("mode", pa.string()), field("mode__raw", pa.int8())),
         ]
     )
-    assert list(message.names("wide/1", first).values()) == [
+    assert columns(message, "wide/1", first) == [
         *("Speed", "speed_2", "Motor_speed_1", "frame_2", "_2000_00", "_2000h_01", "mode", "mode__raw")
     ]
     second = pa.schema(
         [field("SPEED", pa.float64(), "rpm"), field("Speed", pa.int16(), "1/s"), field("mode", pa.bool_())]
     )
-    names = list(message.names("wide/2", second).values())
+    names = columns(message, "wide/2", second)
     assert names[0] == "Speed", "the same signal, of another width"
     assert names[1] not in ("Speed", "speed_2"), "in another unit"
     assert names[2] == "mode_2"
-    lowered = [name.lower() for name in {*names, *message.names("wide/1", first).values()}]
+    lowered = [name.lower() for name in {*names, *columns(message, "wide/1", first)}]
     assert len(lowered) == len(set(lowered))
+
+
+def test_mappings_beyond_the_columns_of_a_message_are_named(tmp_path: Path) -> None:
+    """Each of 2,100 mappings has another object; those that have a column are complete, the others are counted."""
+    count = SIGNALS + 100
+    path = tmp_path / "mapped.log"
+    pdo = b"(1.0) can0 185#37020000\n"
+    path.write_bytes(b"".join(mapped((0x2000 + number) << 16 | 0x20) + pdo for number in range(count)))
+    line = command("--lang", "en", "export", str(path), "-o", str(tmp_path / "out"))
+    told = subprocess.run(line, capture_output=True, text=True, check=True, env=environment())
+    said = f"TPDO1: at most {SIGNALS} columns of signals; 100 PDOs of further mappings left out"
+    assert told.stderr == f"canalyze: {said}, their values are in table objects\n"
+    (file,) = (tmp_path / "out" / "signals").rglob("*.parquet")
+    table = pq.read_table(file)
+    signals = [name for name in table.schema.names if name.startswith("_")]
+    assert (len(table), len(signals)) == (SIGNALS, SIGNALS)
+    assert all(table[name].null_count == SIGNALS - 1 for name in signals)
+    assert len({row["index"] for row in rows(tmp_path / "out", "objects") if row["source"] == "pdo"}) == count
 
 
 @pytest.mark.parametrize(

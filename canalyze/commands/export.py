@@ -26,6 +26,7 @@ def run(one: Pass) -> int:
     names = one.names
     require()
     from canalyze.exporting.export import SETTINGS, About, Export
+    from canalyze.exporting.shaping import SIGNALS
 
     read: dict[str, Dictionary] = {}
     settings: dict[str, Any] = {**SETTINGS, "tables": where.core, "select": one.select}
@@ -39,6 +40,8 @@ def run(one: Pass) -> int:
         # A stream has no other end than a signal.
         if session.frames and (code < 128 or one.total is None):
             made.complete()
+            for message, count in made.left_out.items():
+                one.note("export.left_out", message=message, count=count, most=SIGNALS)
     if code >= 128:
         key = "convert.cut" if session.frames and one.total is None else "output.dropped"
         one.note(key, name=one.output, frames=session.frames)

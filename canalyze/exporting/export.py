@@ -16,6 +16,7 @@ end, one group at a time. Must not: read a capture, print, or choose the names o
 """
 
 import os
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Set
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime, timedelta
@@ -55,21 +56,25 @@ class File:
     def __init__(self, beside: Path, form: str, *, replace: bool) -> None:
         """Prepares the file. beside: the part is created in its folder. form: parquet, arrow or csv."""
         self.rows = 0
+        self.waiting = 0
+        """Bytes of rows that wait to be written."""
         self._fields: dict[str, pa.Field] = {}
         self._schema: Any = None
         self._beside = beside
         self._form = form
         self._replace = replace
         self._waiting: list[pa.RecordBatch] = []
+        self._rows = 0
+        """Number of rows that wait to be written."""
         self._pieces: list[Part] = []
         self._writer: Any = None
         self._written: Any = None
         """The columns of the current piece."""
 
     @property
-    def waiting(self) -> int:
-        """Bytes of rows that wait to be written."""
-        return sum(batch.nbytes for batch in self._waiting)
+    def is_open(self) -> bool:
+        """True if a piece is being written."""
+        return self._writer is not None
 
     def take(self, batch: pa.RecordBatch) -> None:
         """Appends rows, which may have new columns."""
@@ -77,8 +82,10 @@ class File:
         for field in batch.schema:
             self._know(field)
         self.rows += len(batch)
+        self._rows += len(batch)
+        self.waiting += batch.nbytes
         self._waiting.append(batch)
-        if sum(map(len, self._waiting)) >= ROWS:
+        if self._rows >= ROWS:
             self.flush()
 
     def _know(self, field: pa.Field) -> None:
@@ -103,7 +110,7 @@ class File:
             os.close(part.fd)
             self._writer, self._written = self._open(part.path, self.schema), self.schema
         table = joined(self._waiting, self._written)
-        self._waiting = []
+        self._waiting, self._rows, self.waiting = [], 0, 0
         if len(table):  # a file without rows has its columns, and no group
             self._writer.write_table(table, len(table))
 
@@ -212,6 +219,8 @@ class Export:
         self._files: dict[str, File] = {}
         """By table, a wide one as signals/MESSAGE; in the order of the last write."""
         self._messages: dict[str, Message] = {}
+        self.left_out: Counter[str] = Counter()
+        """Number of PDOs of each message whose signals are left out, since it would have too many columns."""
         self._catalog: dict[tuple[str, ...], dict[str, Any]] = {}
         self._findings = dict.fromkeys(("error", "warning", "info"), 0)
         self._summary: list[Capture | Bus | Node] = []
@@ -244,6 +253,8 @@ class Export:
                 self._take(name, pa.record_batch(batch))
             if sum(file.waiting for file in self._files.values()) > _WAITING:
                 max(self._files.values(), key=lambda file: file.waiting).flush()
+            for file in [file for file in self._files.values() if file.is_open][:-_OPEN]:
+                file.close()
 
     def complete(self, bring: Callable[[Path, str], None] | None = None) -> Written:
         """Writes the rest and renames all files; an existing file raises OutputError.
@@ -297,6 +308,9 @@ class Export:
         file = described.get((said["bus"], int(said["node"])), described.get((None, int(said["node"])), ""))
         message = "_".join(filter(None, (said["pdo"], identifier(Path(file).stem))))
         names = self._messages.setdefault(message, Message()).names(name, batch.schema)
+        if names is None:
+            self.left_out[message] += len(batch)
+            return
         made = wide(batch, names, self._of)
         self._remember("signals", message, made.schema, set(names.values()))
         for signal, column in names.items():
@@ -311,8 +325,6 @@ class Export:
             beside = self._folder / table.replace("/", "-") if form == FOLDER else self._target.path
             file = File(beside, "parquet" if form == FOLDER else form, replace=self._force)
         self._files[table] = file
-        for other in list(self._files.values())[:-_OPEN]:
-            other.close()
         return file
 
     def _remember(self, table: str, message: str, schema: pa.Schema, but: Set[str] = frozenset()) -> None:

@@ -34,6 +34,8 @@ _WHOLE: Final = frozenset({"raw"})
 _KEPT: Final = ("t_ns", "frame", "provenance", "cycle", "delay_ns")
 """Columns of a wide table before its signals; `running_cycle` is left out."""
 _FIRST: Final = ("t", "t_ns", "capture")
+SIGNALS: Final = 2000
+"""Maximum number of columns of signals in a wide table: a file of more takes longer to write than the rows."""
 RAW: Final = "__raw"
 """Suffix of a number whose words are the column before."""
 
@@ -82,7 +84,7 @@ class Message:
     """The columns of one wide table: those of all PDOs and mappings in it.
 
     Signals of one name share a column if they have the same unit and kind; a further one of the name, also one that
-    differs only in case, has the suffix `_2`.
+    differs only in case, has the suffix `_2`. Mappings that would need more than SIGNALS columns are left out.
     """
 
     def __init__(self) -> None:
@@ -91,13 +93,16 @@ class Message:
             name: (name, ("", "")) for name in (*_FIRST, *_KEPT, "bus", "node", "mapping")
         }
         """Name, unit and kind by the name in lower case."""
-        self._names: dict[str, dict[str, str]] = {}
+        self._most = len(self._columns) + SIGNALS
+        self._names: dict[str, dict[str, str] | None] = {}
 
-    def names(self, table: str, schema: pa.Schema) -> dict[str, str]:
-        """Returns the columns of a table's signals, by their names there."""
+    def names(self, table: str, schema: pa.Schema) -> dict[str, str] | None:
+        """Returns the columns of a table's signals, by their names there; None if it is left out."""
         if table not in self._names:
             used: set[str] = set()
-            self._names[table] = {field.name: self._name(field, used) for field in schema if field.metadata}
+            signals = [field for field in schema if field.metadata]
+            fits = len(self._columns) + len(signals) <= self._most
+            self._names[table] = {field.name: self._name(field, used) for field in signals} if fits else None
         return self._names[table]
 
     def _name(self, field: pa.Field, used: set[str]) -> str:

@@ -289,9 +289,10 @@ def _export(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
             written = made.complete(to.bring)
         files = [file.relative_to(folder).as_posix() for file in written.files]
     rows = dict(written.rows)
-    return Result(
-        done.error, done.session.frames, rows.get("findings", 0), {"files": files, "rows": rows, "bytes": written.size}
-    )
+    result: dict[str, Any] = {"files": files, "rows": rows, "bytes": written.size}
+    if made.left_out:
+        result["left_out"] = dict(made.left_out)
+    return Result(done.error, done.session.frames, rows.get("findings", 0), result)
 
 
 def _described(work: Work) -> Mapping[tuple[str | None, int], str]:
