@@ -37,8 +37,9 @@ use crate::world::od::DataType;
 
 /// Columns that every such table has before those of its signals.
 const FIXED: usize = 6;
-/// Most tables that rows are kept for; with one more all of them end their batches and are forgotten.
-const MOST: usize = 4096;
+/// Most columns that rows are kept for, those of 4096 PDOs with a signal a byte; with more all tables end their batches and
+/// are forgotten.
+const MOST: usize = 4096 * (FIXED + 8);
 /// Bytes that the rows of all tables may take before all of them end their batches.
 const BYTES: usize = 64 << 20;
 
@@ -349,8 +350,8 @@ pub(super) struct Pdos {
     tables: BTreeMap<(BusId, Whose), Versions>,
     /// Those of synchronous PDOs without a mapping.
     unmapped: BTreeMap<(BusId, Whose), Table<Wide>>,
-    /// Tables that are known.
-    count: usize,
+    /// Columns of the tables that are known.
+    columns: usize,
     /// About what the rows of all of them take.
     bytes: usize,
 }
@@ -358,7 +359,7 @@ pub(super) struct Pdos {
 impl Pdos {
     /// Returns no tables.
     pub(super) fn new(lang: Lang, selection: Selection, of: Of) -> Self {
-        Self { lang, of, selection, tables: BTreeMap::new(), unmapped: BTreeMap::new(), count: 0, bytes: 0 }
+        Self { lang, of, selection, tables: BTreeMap::new(), unmapped: BTreeMap::new(), columns: 0, bytes: 0 }
     }
 
     /// Appends the signals of a PDO.
@@ -380,10 +381,10 @@ impl Pdos {
             Some(place) => place,
             None => {
                 versions.count += 1;
-                self.count += 1;
                 let bus = scene.setting.bus(frame.bus);
                 let chosen = self.selection.choose(whose, mapping);
                 let columns = Wide::new(mapping, &chosen, self.of);
+                self.columns += FIXED + columns.signals.len();
                 let width = 8 * (FIXED + columns.signals.len()) + mapping.bytes();
                 let table = named((self.of, self.lang), bus, whose, versions.count, columns);
                 versions.known.push(Version { mapping: Arc::clone(mapping), number: versions.count, table, width });
@@ -407,10 +408,10 @@ impl Pdos {
     /// Appends the place of a synchronous PDO in its cycle; nothing else is known of it.
     fn unmapped(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, data: &ProcessData) {
         self.make_room(done);
-        let Self { lang, unmapped, count, .. } = self;
+        let Self { lang, unmapped, columns, .. } = self;
         let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
         let table = unmapped.entry((frame.bus, whose)).or_insert_with(|| {
-            *count += 1;
+            *columns += FIXED;
             named((Of::Bus, *lang), scene.setting.bus(frame.bus), whose, 0, Wide::default())
         });
         let place = PdoPlace { frame, running: scene.cycle, from: "unknown", sync: data.sync };
@@ -420,10 +421,10 @@ impl Pdos {
     }
 
     fn make_room(&mut self, done: &mut Vec<Batch>) {
-        if self.count >= MOST || self.bytes >= BYTES {
+        if self.columns >= MOST || self.bytes >= BYTES {
             Ends::flush(self, done);
         }
-        if self.count >= MOST {
+        if self.columns >= MOST {
             self.forget();
         }
     }
@@ -434,7 +435,7 @@ impl Pdos {
             versions.known = Vec::new();
         }
         self.unmapped.clear();
-        self.count = 0;
+        self.columns = 0;
     }
 }
 

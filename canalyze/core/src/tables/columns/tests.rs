@@ -224,19 +224,19 @@ fn batches_of_much_data_end_early() {
 fn many_mappings_are_forgotten_but_not_their_numbers() {
     let mut capture = Capture::new(&[Name::Pdo]);
     let mappings: Vec<_> =
-        (0..5000).map(|number| Arc::new(Mapping::from_words(&[(0x2000 + number) << 16 | 0x10]))).collect();
+        (0..9000).map(|number| Arc::new(Mapping::from_words(&[(0x2000 + number) << 16 | 0x10]))).collect();
     for mapping in &mappings {
         capture.pdo(1, mapping, None);
     }
-    capture.pdo(1, &mappings[4999], None);
+    capture.pdo(1, &mappings[8999], None);
     capture.pdo(1, &mappings[0], None);
     let batches = capture.end();
     let mut names: Vec<_> = batches.iter().map(|batch| Arc::clone(&batch.name)).collect();
-    assert_eq!(batches.iter().map(|batch| batch.rows.num_rows()).sum::<usize>(), 5002);
+    assert_eq!(batches.iter().map(|batch| batch.rows.num_rows()).sum::<usize>(), 9002);
     names.sort();
     names.dedup();
-    assert_eq!(names.len(), 5001, "the first came again after all were forgotten: another table");
-    assert!(names.contains(&Arc::from("pdo/can0/5.TPDO1/5001")));
+    assert_eq!(names.len(), 9001, "the first came again after all were forgotten: another table");
+    assert!(names.contains(&Arc::from("pdo/can0/5.TPDO1/9001")));
 }
 
 #[test]
