@@ -13,7 +13,7 @@ use std::path::Path;
 /// of PDOs that are found without a search, consequences that are counted where they are found, rare events apart from
 /// what is moved at every frame, plain lines of candump that are read up to their end, and what people write around frames.
 /// It was 68,630 while files whose tests are declared at their head counted up to there only.
-const WHOLE: usize = 73_560;
+const WHOLE: usize = 73_800;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -24,7 +24,8 @@ const BUDGETS: &[(&str, usize)] = &[
     // and bytes without leading zeros, which people paste.
     ("bytes", 14_780),
     // With rare cases apart from what every PDO passes through.
-    ("checks", 8_030),
+    // With TPDOs that never come, or at another interval, against their configuration.
+    ("checks", 8_180),
     // With learnt event timers, and findings that wait without a look at each frame. With frames that only add to the usual
     // gaps, which are nearly all, and what rarely happens at a frame apart from its place. With the servers whose answers
     // are in the capture.
@@ -35,7 +36,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("description", 1_990),
     // With descriptions as rows of Python's tuples, and parts of bytes, which are fed without a copy.
     ("python", 1_260),
-    ("rules", 1_700),
+    ("rules", 1_720),
     // With requests that a client gives up, servers that are mute beside others, and late acknowledgements.
     ("sdo", 4_660),
     // With consequences that are counted before they become events.
@@ -43,7 +44,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("settings", 1_330),
     // Without what a kind of problem is: that is in the table of kinds. With ends that a frame shows, new floods, and
     // the nodes of the first screen, nodes that are not started behind a reset, and who gave a request up.
-    ("problems", 6_480),
+    ("problems", 6_500),
     // With JSON objects and rows of CSV in parts, since most of them is as in an earlier line, and selections that are found
     // without a search.
     ("tables", 6_610),

@@ -26,9 +26,10 @@ pub mod time;
 #[cfg(test)]
 pub(crate) mod tests;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::bytes::frame::Frame;
+use crate::bytes::frame::{CanId, Frame, FrameRef};
 use crate::rules::pdo::Mpd001;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::{Mux, Side};
@@ -124,6 +125,15 @@ impl Fit {
             contradicted: false,
         }
     }
+}
+
+/// Returns true if what is known of a TPDO's communication parameter is more than an EDS says, and holds since the last
+/// boot-up of its node.
+fn is_configured(pdo: &Pdo, booted: Option<FrameRef>) -> bool {
+    let since = booted.map_or(0, |at| at.no);
+    let holds = |from: Provenance| from > Provenance::Eds && from.frame().is_none_or(|frame| frame > since);
+    let kind = pdo.transmission.is_some_and(|(_, from)| holds(from));
+    kind && pdo.event_timer.is_none_or(|(_, from)| from <= Provenance::Eds || holds(from))
 }
 
 /// All checks of one bus.
@@ -469,7 +479,14 @@ impl Checks {
     pub fn finish(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         self.error_frames.finish(cx);
         self.nodes.finish(cx);
-        self.sync.finish(nodes, cx);
+        let mut taken = BTreeMap::<CanId, u32>::new();
+        let pdos = nodes.iter().flat_map(|(_, node)| node.pdos());
+        pdos.filter(|pdo| pdo.transmit && pdo.cob.0.valid).for_each(|pdo| *taken.entry(pdo.cob.0.id).or_default() += 1);
+        // Frames of a CAN-ID that others have, too, may be theirs.
+        let own = |id: CanId| !pdo_configuration::restricted(id) && taken.get(&id).is_none_or(|count| *count == 1);
+        let configured = |node: u8, pdo: &Pdo| own(pdo.cob.0.id) && is_configured(pdo, self.nodes.booted(node));
+        self.sync.finish(nodes, configured, cx);
+        self.pdo_timing.finish(nodes, configured, cx);
         self.lss.finish(cx);
     }
 }

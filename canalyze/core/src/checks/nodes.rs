@@ -96,6 +96,11 @@ impl Nodes {
         self.emergencies.has_none(node);
     }
 
+    /// Returns the last boot-up of a node.
+    pub fn booted(&self, node: u8) -> Option<FrameRef> {
+        self.nmt.booted(node)
+    }
+
     /// Returns the last boot-up of a node if it is the second one for no reason.
     pub fn booted_twice(&self, node: u8) -> Option<FrameRef> {
         self.nmt.booted_twice(node)

@@ -141,6 +141,8 @@ pub enum KindRole {
     OwnFramesMissing,
     /// A PDO is missing.
     MissingPdo,
+    /// Frames that are due never came; the recorder may have left them out.
+    Absent,
     /// Its node may stop its PDOs.
     StopsPdos,
     /// Its node waits for a PDO.

@@ -235,4 +235,29 @@ rules! {
         Changed { found: Count, before: Count } "PDO为{found}字节, 此前均为{before}字节, 期间映射没有被改写"
             "PDO is {found|byte|bytes}, previous ones were {before}, and nothing changed its mapping";
     }
+
+    /// 记录中的配置要求发送该TPDO (COB-ID有效, 传输类型1到240或254、255且事件定时器不为0), 节点一直处于操作状态, 但从未发送。
+    /// The configuration in the capture asks for the TPDO (COB-ID valid, transmission type 1 to 240, or 254 or 255 with an event timer), and its node was Operational for long, but it never came.
+    ///
+    /// 映射为空, 固件不支持该传输类型或事件定时器, 配置写入后没有生效, 或者节点的控制器发不出去。
+    /// An empty mapping, firmware without this transmission type or without event timer, a configuration that did not take effect, or a PDO that is never transmitted.
+    Pdo022 "PDO022" "pdo-never-sent" Warning "CiA 301 7.5.2.37" one [Sync, Pdo] {
+        message "已配置的TPDO从未发送" "configured TPDO was never sent";
+        Never { found: Ns, limit: Ns } "处于操作状态{found}, 从未发送(事件定时器{limit})" "never sent in {found} of Operational (event timer {limit})";
+        NeverWithSync { cycles: Count, expected: Count }
+            "处于操作状态, {cycles}个同步报文期间从未发送(传输类型{expected})"
+            "never sent with {cycles|SYNC|SYNCs} while Operational (transmission type {expected})";
+    }
+
+    /// TPDO一直以同一个间隔发送, 但不是其配置的间隔: 比事件定时器长, 或者SYNC的个数与传输类型不符。
+    /// The TPDO always comes at one interval, but not at that of its configuration: it is longer than the event timer, or not the number of SYNCs of its transmission type.
+    ///
+    /// 固件使用自己的周期, 写入在节点复位后才生效, 或者写入了错误的值。
+    /// The firmware has its own interval, the write takes effect after a reset only, or a wrong value was written.
+    Pdo023 "PDO023" "pdo-at-other-interval" Warning "CiA 301 7.5.2.37" one [Sync, Pdo] {
+        message "TPDO的间隔不符合其配置" "TPDO at another interval than configured";
+        Slower { found: Ns, limit: Ns } "每{found}发送一次(事件定时器{limit})" "sent every {found} (event timer {limit})";
+        WithSync { found: Count, expected: Count } "每{found}个SYNC发送一次(传输类型{expected})"
+            "sent every {found|SYNC|SYNCs} (transmission type {expected})";
+    }
 }

@@ -174,4 +174,15 @@ rules! {
         Stopped { silence: Ns, period: Ns } "已{silence}没有同步报文(原周期{period}), 节点仍处于操作状态"
             "no SYNC for {silence} (period was {period}), but the node is still Operational";
     }
+
+    /// 记录中的配置有同步TPDO (传输类型1到240), 节点一直处于操作状态, 但没有任何同步报文: 这些TPDO不会发送。
+    /// The configuration in the capture has synchronous TPDOs (transmission type 1 to 240), and their nodes were Operational for long, but there is no SYNC: they are not sent.
+    ///
+    /// 没有节点产生SYNC (1005h位30, 1006h), 或者SYNC使用其他COB-ID。
+    /// No node produces SYNC (1005h bit 30, 1006h), or SYNC has another COB-ID.
+    Syn014 "SYN014" "no-sync" Warning "CiA 301 7.2.5, 7.5.2.5" [Sync, Pdo] {
+        message "没有同步报文" "there is no SYNC";
+        Never { pdos: Count } "没有同步报文, 而节点处于操作状态, {pdos}个TPDO是同步的"
+            "no SYNC, although nodes are Operational and {pdos|TPDO is|TPDOs are} synchronous";
+    }
 }

@@ -209,6 +209,11 @@ impl Nmt {
         self.resetting(node).filter(|_| !node_state.reset.heard)
     }
 
+    /// Returns the last boot-up of a node.
+    pub fn booted(&self, node: u8) -> Option<FrameRef> {
+        self.nodes.get(node)?.boots.last
+    }
+
     /// Returns true if the capture contains a command.
     pub fn commanded(&self) -> bool {
         self.commandless.commanded()

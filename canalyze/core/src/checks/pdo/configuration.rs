@@ -65,7 +65,7 @@ pub fn pdo_parameter(index: u16) -> Option<(bool, bool, u16)> {
 }
 
 /// Returns true if CiA 301 forbids configuring an identifier.
-fn restricted(id: CanId) -> bool {
+pub fn restricted(id: CanId) -> bool {
     !id.is_extended() && RESTRICTED.iter().any(|range| range.contains(&id.raw()))
 }
 

@@ -5,24 +5,30 @@
 //!
 //! An event timer that nobody has named is learnt ([`Timer`]). As the sender may have other reasons to wait, only many
 //! of its times without the TPDO count, while its node gives signs of life and SYNC, if any, goes on.
+//!
+//! A TPDO that comes at one longer interval is one fault, and that interval is awaited then. This is judged at the end, as
+//! is a TPDO that the configuration in the capture asks for, by its event timer or with SYNC, and that never comes. The
+//! recorder may have left PDOs out: only where another one, or SYNC, is in the capture.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::series::Series;
+use crate::bytes::frame::FrameRef;
 use crate::bytes::ns::Ns;
 use crate::checks::PdoName;
 use crate::evidence::obligation::Owed;
 use crate::evidence::period::Timer;
 use crate::evidence::{Obligations, Rules, When};
 use crate::rules::finding::{Code, Finding, Verdict};
-use crate::rules::pdo::{Pdo004, Pdo005, Pdo013};
+use crate::rules::pdo::{Pdo004, Pdo005, Pdo013, Pdo022, Pdo023};
+use crate::rules::sync::Syn014;
 use crate::sdo::wire::Mux;
 use crate::wire::error_control::OPERATIONAL;
 use crate::wire::nmt::START;
 use crate::wire::pdo::communication_parameter;
 use crate::world::configuration::Provenance;
 use crate::world::context::Context;
-use crate::world::node::{Pdo, PerNode, PerPdo};
+use crate::world::node::{Content, Node, Pdo, PerNode, PerPdo};
 
 /// Error of a node's timers: its tick of 1 ms, and the fraction by which its oscillator differs (up to 1 %).
 const TICK_NS: Ns = Ns::from_ms(1);
@@ -41,6 +47,13 @@ const STOPPED: i64 = 10;
 const STOPPED_NS: Ns = Ns::from_s(1);
 /// Part by which a TPDO that is sent with each SYNC may differ from the cycle.
 const CYCLE_PART: i64 = 8;
+/// Number of gaps in a row, alike up to this part of them, that show a longer interval than that of the event timer.
+const LONGER: u32 = 3;
+const ALIKE_PART: i64 = 12;
+/// Number of SYNCs with which a TPDO was due after which it is never sent.
+const NEVER: u64 = 20;
+/// Time for which nodes are Operational without SYNC, in ns, after which none is produced.
+const NO_SYNC_NS: Ns = Ns::from_s(5);
 
 /// The key of a PDO: its node, true for a TPDO, its number.
 type TimingKey = (u8, bool, u16);
@@ -57,6 +70,19 @@ pub struct PdoTiming {
     sync: Option<When>,
     /// The time between the last two, in ns.
     cycle_ns: Option<Ns>,
+    /// Number of SYNCs so far.
+    syncs: u64,
+    /// A data frame of a PDO is in the capture.
+    seen: bool,
+    /// Nodes that report Operational: the first and the last time in a row.
+    operational: BTreeMap<u8, (Moment, Moment)>,
+}
+
+/// A report of a node's state, and the number of SYNCs before it.
+#[derive(Clone, Copy, Debug)]
+struct Moment {
+    when: When,
+    syncs: u64,
 }
 
 /// The last frame of a PDO.
@@ -78,6 +104,11 @@ struct Sent {
     /// Frames within the inhibit time, and frames that came late.
     early: Series,
     overdue: Series,
+    /// The last gap in ns, if it was longer than the event timer, the number of such gaps in a row that are alike, and the
+    /// frame before the first of them.
+    longer_ns: Ns,
+    longer: u32,
+    longer_since: FrameRef,
 }
 
 /// An event timer that nobody has named, with the data and the time of the last frame; no time if the PDO was stopped
@@ -95,6 +126,7 @@ impl PdoTiming {
     pub fn sent(&mut self, name: PdoName, pdo: Option<&Pdo>, head: Option<[u8; 8]>, cx: &mut Context<'_>) {
         let PdoName { transmit, number, node } = name;
         let name = (node, transmit, number);
+        self.seen = true;
         let timed = cx.at.t_ns.is_some();
         let event_driven =
             |pdo: &&Pdo| pdo.transmission.is_some_and(|(kind, from)| kind >= EVENT_DRIVEN && !from.is_doubted());
@@ -151,6 +183,7 @@ impl PdoTiming {
 
     /// Takes a SYNC.
     pub fn synced(&mut self, cx: &Context<'_>) {
+        self.syncs += 1;
         let last = self.sync.replace(cx.when);
         self.cycle_ns = last.and_then(|last| cx.evidence.recording.between(last, cx.when));
     }
@@ -223,6 +256,7 @@ impl PdoTiming {
         if command == START {
             self.halted.retain(|halted| !nodes.contains(halted));
         } else {
+            self.operational.retain(|one, _| !nodes.contains(one));
             self.halted.extend(nodes);
             self.pause(node);
         }
@@ -235,7 +269,11 @@ impl PdoTiming {
         } else {
             self.halted.insert(node);
         }
-        if state != OPERATIONAL {
+        if state == OPERATIONAL {
+            let now = Moment { when: cx.when, syncs: self.syncs };
+            self.operational.entry(node).or_insert((now, now)).1 = now;
+        } else {
+            self.operational.remove(&node);
             self.pause(Some(node));
             cx.evidence.pending.explain(cx.at, |it| it.code == Code::Pdo005 && it.node == Some(node));
         }
@@ -256,6 +294,7 @@ impl PdoTiming {
     pub fn forget(&mut self, node: Option<u8>) {
         let concerned = |of: u8| node.is_none_or(|node| node == of);
         self.sent.iter_mut().filter(|(of, _)| concerned(*of)).for_each(|(_, sent)| *sent = PerPdo::default());
+        self.operational.retain(|of, _| !concerned(*of));
         self.due.void(|name| concerned(name.0));
     }
 
@@ -264,7 +303,61 @@ impl PdoTiming {
         if let Some(sent) = self.sent.get_mut(node) {
             sent.take(transmit, number);
         }
+        self.operational.remove(&node);
         self.due.met((node, transmit, number));
+    }
+
+    /// Reports at the end of the capture what does not come as configured. `configured`: as [`crate::checks::sync::Sync::finish`] takes it.
+    pub fn finish(&mut self, nodes: &PerNode<Node>, configured: impl Fn(u8, &Pdo) -> bool, cx: &mut Context<'_>) {
+        if self.seen || self.syncs > 0 {
+            self.judge_absent(nodes, &configured, cx);
+        }
+        for (node, pdo) in nodes.iter().flat_map(|(id, node)| node.pdos().iter().map(move |pdo| (id, pdo))) {
+            let sent = self.get_mut((node, true, pdo.number)).filter(|sent| pdo.transmit && sent.longer >= LONGER);
+            if let Some(&mut Sent { timer_ns: limit, longer_ns: found, longer_since, .. }) = sent
+                && configured(node, pdo)
+            {
+                let object = Mux { index: communication_parameter(true, pdo.number), sub: 5 };
+                cx.raise(Pdo023::Slower { found, limit }, Some(node), Some(object), Some(longer_since));
+            }
+        }
+    }
+
+    /// Reports TPDOs that never came although their nodes were Operational for long.
+    fn judge_absent(&mut self, nodes: &PerNode<Node>, configured: impl Fn(u8, &Pdo) -> bool, cx: &mut Context<'_>) {
+        let mut without_sync: Option<(Moment, u64)> = None;
+        for (&node, &(since, last)) in &self.operational {
+            let mut came = self.sent.get_mut(node);
+            for pdo in nodes.get(node).map(Node::pdos).unwrap_or_default() {
+                let came = came.as_mut().is_some_and(|sent| sent.get_mut(true, pdo.number).is_some());
+                let Some(kind) = asked_for(pdo).filter(|_| !came && configured(node, pdo)) else { continue };
+                let recording = &cx.evidence.recording;
+                let lasts = |limit: Ns| recording.certainly_later(last.when, since.when, limit);
+                let found = recording.between(since.when, last.when).unwrap_or(Ns::ZERO);
+                let timer = Ns::from_ms(pdo.event_timer.map_or(0, trusted));
+                let (what, sub) = match kind {
+                    1..=240 if self.syncs == 0 => {
+                        if lasts(NO_SYNC_NS) {
+                            let (first, count) = without_sync.unwrap_or((since, 0));
+                            without_sync = Some((first, count + 1));
+                        }
+                        continue;
+                    }
+                    1..=240 if (last.syncs - since.syncs) / u64::from(kind) >= NEVER => {
+                        (Pdo022::NeverWithSync { cycles: last.syncs - since.syncs, expected: kind.into() }, 2)
+                    }
+                    EVENT_DRIVEN.. if timer > Ns::ZERO && lasts((timer * STOPPED).max(STOPPED_NS)) => {
+                        (Pdo022::Never { found, limit: timer }, 5)
+                    }
+                    _ => continue,
+                };
+                let object = Mux { index: communication_parameter(true, pdo.number), sub };
+                cx.raise(what, Some(node), Some(object), Some(since.when.at));
+            }
+        }
+        if let Some((since, pdos)) = without_sync {
+            cx.raise(Syn014::Never { pdos }, None, None, Some(since.when.at));
+        }
     }
 }
 
@@ -287,7 +380,7 @@ impl LearntTimer {
 impl Sent {
     /// Returns the maximum time to the next frame by its event timer, or by an RPDO's deadline, in ns.
     fn patience(&self, transmit: bool) -> Ns {
-        let timer_ns = self.timer_ns;
+        let timer_ns = if self.longer >= LONGER { self.longer_ns } else { self.timer_ns };
         let late_ns = match (transmit, self.gaps) {
             (false, _) => timer_ns / 10,
             (true, ..KNOWN) => timer_ns / 2,
@@ -309,6 +402,7 @@ impl Sent {
             let late = (gap - self.timer_ns).clamp(Ns::ZERO, self.timer_ns / 2);
             self.usual_ns = late.max(self.usual_ns - self.usual_ns / 16);
             self.gaps = self.gaps.saturating_add(1);
+            self.compare(name.1, before.at, gap);
         }
         let Some(gap) = gap.filter(|_| inhibit > Ns::ZERO && !requested) else {
             self.late_ns = late_ns;
@@ -324,6 +418,22 @@ impl Sent {
         self.too_close(name, before, Pdo004::TooClose { found: gap, limit: inhibit, tolerance }, cx);
     }
 
+    /// Compares a gap behind a frame with the event timer of a TPDO: it may always be the same longer one.
+    #[inline]
+    fn compare(&mut self, transmit: bool, before: FrameRef, gap: Ns) {
+        if !transmit
+            || self.timer_ns <= Ns::ZERO
+            || gap - self.timer_ns <= HELD_UP_NS.max(self.timer_ns / PUNCTUAL_PART)
+        {
+            self.longer = 0;
+            return;
+        }
+        if self.longer == 0 || gap.abs_diff(self.longer_ns) > self.longer_ns / ALIKE_PART {
+            (self.longer, self.longer_since) = (0, before);
+        }
+        (self.longer_ns, self.longer) = (gap, self.longer.saturating_add(1));
+    }
+
     /// Reports a PDO within its inhibit time.
     #[cold]
     fn too_close(&mut self, (node, transmit, number): TimingKey, before: When, what: Pdo004, cx: &mut Context<'_>) {
@@ -332,6 +442,12 @@ impl Sent {
         let because_of = self.early.fault(cx.at);
         cx.report_timed(cx.excused(Rules::EventPdo, before, Finding { because_of, ..finding }));
     }
+}
+
+/// Returns the transmission type of a TPDO that is in use, as more than an EDS says.
+fn asked_for(pdo: &Pdo) -> Option<u8> {
+    let told = pdo.transmit && pdo.cob.0.valid && pdo.cob.1 > Provenance::Eds;
+    pdo.transmission.filter(|_| told && !matches!(pdo.content, Content::Disabled(_))).map(|(kind, _)| kind)
 }
 
 /// Returns true if more than an EDS says that a TPDO is sent with SYNC, or names its event timer.

@@ -222,8 +222,9 @@ impl Sync {
         self.window.pause(None);
     }
 
-    /// Reports what is open at the end of the capture.
-    pub fn finish(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+    /// Reports what is open at the end of the capture. `configured`: true for a TPDO of a node whose
+    /// configuration is known, and whose frames are its own.
+    pub fn finish(&mut self, nodes: &PerNode<Node>, configured: impl Fn(u8, &Pdo) -> bool, cx: &mut Context<'_>) {
         if let Some(miscount) = self.counter.finish() {
             self.report_miscount(miscount, cx);
         }
@@ -231,6 +232,7 @@ impl Sync {
             self.report_irregular(irregular, cx);
         }
         self.configured.judge(&self.settings, u64::MAX, nodes, cx);
+        self.window.finish(nodes, configured, cx);
     }
 
     /// Takes an NMT command to a node or to all, or a boot-up.

@@ -13,13 +13,14 @@ use crate::evidence::circumstance::Rules;
 use crate::evidence::recording::Recording;
 use crate::evidence::when::When;
 use crate::rules::finding::{Code, Finding};
+use crate::rules::pdo::Pdo023;
 use crate::rules::sync::{Syn004, Syn008, Syn009, Syn010, Syn011};
 use crate::sdo::wire::Mux;
 use crate::wire::pdo::communication_parameter;
 use crate::world::configuration::Provenance;
 use crate::world::context::Context;
 use crate::world::event::Placement;
-use crate::world::node::{Pdo, PerNode};
+use crate::world::node::{Node, Pdo, PerNode};
 
 /// Maximum number of synchronous TPDOs followed (invariant 6).
 const TRACKS: usize = 512;
@@ -31,6 +32,8 @@ const ESTABLISHED_BY_EDS: u8 = 8;
 const MEASURED: u64 = 9;
 /// Number of cycles for which a finding waits for the SYNC that explains it.
 const EXPLAINED: i64 = 8;
+/// Number of times in a row that a PDO has come after the same wrong number of SYNCs before that is its interval.
+const OTHER: u32 = 8;
 
 /// Returns true if a transmission type is synchronous: 0, 1..=240, 252 (CiA 301, table 71).
 pub fn synchronous(kind: u8) -> bool {
@@ -75,6 +78,9 @@ struct TpdoTrack {
     before: u8,
     /// It comes too often, or in wrong cycles.
     wrong: Series,
+    /// The number of SYNCs between its last frames, if that is not its type, how often in a row it was that, and the frame
+    /// before them.
+    other: (u64, u32, FrameRef),
     /// A finding about a frame so late that its own SYNC may be the next one, which is listed later still. The next
     /// frame of the PDO decides.
     late: Option<Box<Finding>>,
@@ -174,6 +180,19 @@ impl SyncWindow {
                 let what = Syn008::Since { cycle: due, since: period.cycle() - due };
                 let finding = cx.verdict(what, Some(node), Some(track.object()), period.frame(due));
                 cx.report_timed(cx.excused(Rules::SynchronousPdo, cx.when, finding));
+            }
+        }
+    }
+
+    /// Reports at the end of the capture the TPDOs that come after another number of SYNCs than their type says.
+    pub fn finish(&self, nodes: &PerNode<Node>, configured: impl Fn(u8, &Pdo) -> bool, cx: &mut Context<'_>) {
+        for (node, track) in self.nodes.iter().flat_map(|(node, tracks)| tracks.iter().map(move |track| (node, track)))
+        {
+            let (found, times, since) = track.other;
+            let pdo = nodes.get(node).and_then(|known| known.pdo(true, track.number));
+            if times >= OTHER && track.cyclic() && pdo.is_some_and(|pdo| configured(node, pdo)) {
+                let what = Pdo023::WithSync { found, expected: track.configured.kind.into() };
+                cx.raise(what, Some(node), Some(track.object()), Some(since));
             }
         }
     }
@@ -300,6 +319,7 @@ impl TpdoTrack {
             asked: false,
             before: 0,
             wrong: Series::default(),
+            other: (0, 0, FrameRef::default()),
             late: None,
         }
     }
@@ -307,7 +327,7 @@ impl TpdoTrack {
     /// Restarts learning; keeps the configuration.
     fn restart(&mut self) {
         self.pause();
-        self.steady = 0;
+        (self.steady, self.other.1) = (0, 0);
     }
 
     /// Interrupts it; keeps the configuration.
@@ -442,14 +462,24 @@ impl TpdoTrack {
         let judged = self.established() && !reported;
         if passed.is(n) || (passed.syncs + self.phase_of(last)).is_multiple_of(n) && last.cycle != self.phase {
             self.steady = self.steady.saturating_add(u8::from(passed.is(n)));
-            self.phase = now.cycle;
+            (self.phase, self.other.1) = (now.cycle, 0);
             return self.wrong.keep();
         }
         if !judged {
             (self.steady, self.phase) = (0, now.cycle);
-            return;
+            return self.compare(last, passed);
         }
         self.out_of_cycle(last, now, passed, known, cx);
+    }
+
+    /// Counts how often in a row it has come after the same number of SYNCs, which is not its type.
+    fn compare(&mut self, last: Arrival, passed: Passed) {
+        let (syncs, times, since) = self.other;
+        let exact = passed.least == passed.most;
+        self.other = match times {
+            1.. if syncs == passed.syncs && exact => (syncs, times.saturating_add(1), since),
+            _ => (passed.syncs, u32::from(exact), last.when.at),
+        };
     }
 
     /// Reports a frame that came in another cycle than was due.

@@ -8,7 +8,7 @@ use crate::bytes::ns::Ns;
 use crate::checks::pdo::configuration::pdo_parameter;
 use crate::problems::kinds::{ProblemKind, signed};
 use crate::problems::ledger::{DOUBLE_NS, LedgerPlace};
-use crate::problems::problem::{Problem, StepRole, Subject};
+use crate::problems::problem::{Grade, Problem, StepRole, Subject};
 use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::{Last, Scene};
@@ -238,6 +238,9 @@ impl RuleProblems {
         let one = scene.ledger.get_mut(place)?;
         one.clue.because_of = because;
         one.clue.least = least;
+        if kind.is(KindRole::Absent) {
+            one.grade = Grade::Likely;
+        }
         // A client that sends something else waits no longer; that nobody answers in time is no frame.
         let asks = finding.node.and_then(|node| scene.heard.noted(Last::Request, node));
         one.clue.given_up = asks.filter(|asks| *asks == finding.at && asks.no > at.no);
@@ -254,6 +257,19 @@ impl RuleProblems {
         // The finding waited for what excuses it: the node may have responded since.
         let answered =
             finding.node.and_then(|node| scene.heard.noted(Last::Answer, node)).filter(|at| at.no > finding.at.no);
+        if kind == ProblemKind::PdoInterval {
+            // The first of these intervals seemed to lack PDOs.
+            let missing = |other: &Problem| {
+                let same = (other.subject.node, other.subject.pdo) == (subject.node, subject.pdo);
+                let during = other.begin.no >= at.no && other.end.is_some();
+                same && during && other.kind.is(KindRole::MissingPdo)
+            };
+            if let Some(missing) = scene.ledger.last(scene.id, missing) {
+                scene.ledger.get_mut(missing)?.steps.clear();
+                scene.ledger.merge(missing, place);
+            }
+        }
+        let one = scene.ledger.get_mut(place)?;
         if let (Ends::Answered, Some(answered)) = (ends, answered) {
             one.step(answered, StepRole::Recovery, Saying::Answered, None);
             one.ends(answered);
