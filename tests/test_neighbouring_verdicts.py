@@ -239,3 +239,38 @@ def test_remote_requests_alone_are_traffic() -> None:
     whole = diagnosed(log([(place / 10, "185#R2") for place in range(10)])).whole
     assert "remote requests" in json.dumps(whole)
     assert "no traffic" in json.dumps(diagnosed(b"").whole)
+
+
+def syncs(period: float, start: float = 1.0, until: float = 11.0, late: tuple[float, ...] = (0.0,)) -> Frames:
+    """SYNCs, each as late as `late` says in turn."""
+    count = round((until - start) / period)
+    return [(start + place * period + late[place % len(late)], "080#") for place in range(count)]
+
+
+@pytest.mark.parametrize("period", [0.005, 0.02, 0.1, 1.0])
+@pytest.mark.parametrize("part", [0.1, 0.2, 0.3, 0.35])
+@pytest.mark.parametrize("jitter", [0.0, 0.01])
+def test_two_sync_producers_that_are_there_from_the_beginning(period: float, part: float, jitter: float) -> None:
+    """Their clocks differ too little to show within a capture: the gaps alternate."""
+    until = 1 + max(60 * period, 2)
+    late = tuple(jitter * period * turn / 3 for turn in (0, 2, 1, 3, 1))
+    one = syncs(period, until=until, late=late)
+    alive = beats(3, 0.5, until)
+    capture = diagnosed(log(alive, one, syncs(period, 1 + part * period, until, late)))
+    assert statuses(capture) == [("two-sync-producers", "open")], capture.said
+    assert not diagnosed(log(alive, one)).roots
+
+
+@pytest.mark.parametrize("period", [0.015, 0.15])
+def test_a_period_kept_by_a_coarse_tick_is_one_producer(period: float) -> None:
+    """15 ms by a tick of 10 ms: 10 and 20 ms in turn."""
+    until = 1 + 60 * period
+    capture = diagnosed(log(beats(3, 0.5, until + 1), syncs(period, until=until, late=(0.0, period / 3))))
+    assert "two-sync-producers" not in {kind for kind, _ in statuses(capture)}, capture.said
+
+
+@pytest.mark.parametrize("late", [0.0, 0.1, 0.2, 0.3])
+def test_every_other_sync_late_is_one_producer(late: float) -> None:
+    until = 1 + 60 * 0.02
+    capture = diagnosed(log(beats(3, 0.5, until + 1), syncs(0.02, until=until, late=(0.0, late * 0.02 / 2))))
+    assert "two-sync-producers" not in {kind for kind, _ in statuses(capture)}, capture.said

@@ -37,6 +37,11 @@ const ACROSS_PART: i64 = 64;
 const JITTER_PART: i64 = 16;
 /// Minimum number of gaps in a mean.
 const MEANT: u64 = 8;
+/// Minimum difference of gaps that alternate from the beginning, as a part of their sum, and maximum spread of either, as
+/// a part of that difference, by which two producers show. A single one that keeps its period by a coarse tick has gaps in
+/// the ratio of one to two.
+const ALTERNATE_PART: i64 = 4;
+const STEADY_PART: i64 = 4;
 /// The shortest period of a producer, in ns; shorter gaps come from a buffer.
 const FASTEST_NS: Ns = Ns::from_us(200);
 
@@ -325,6 +330,10 @@ impl SyncPeriod {
             self.early.remove(0);
         }
         self.early.push(gap);
+        if let Some((short, long)) = self.alternate().filter(|_| !self.second.two) {
+            (self.second.two, self.second.cycle) = (true, gap.cycle);
+            out.push(Irregular::Sync(gap.cycle, Syn006::Interleaved { short, long, period: short + long }.into()));
+        }
         let _ = self.period.take(gap.ns, recording.resolution_ns(), gap.now.at);
         // With coarse stamps gaps are multiples of their unit, whatever the period.
         let resolution = recording.resolution_ns();
@@ -353,6 +362,24 @@ impl SyncPeriod {
                 self.judge(gap, period, false, recording, out);
             }
         }
+    }
+
+    /// Returns the means of gaps that alternate between a short and a long one, in ns, while no period is known.
+    fn alternate(&self) -> Option<(Ns, Ns)> {
+        let disturbed = |gap: &Gap| gap.paused || gap.restart != Restart::None;
+        if self.early.len() < GAPS || self.early.iter().any(disturbed) {
+            return None;
+        }
+        let half = |skipped: usize| {
+            let gaps = || self.early.iter().skip(skipped).step_by(2).map(|gap| gap.ns);
+            let spread = gaps().max()? - gaps().min()?;
+            Some((gaps().sum::<Ns>() / (GAPS / 2) as i64, spread))
+        };
+        let ((one, spread), (two, other)) = half(0).zip(half(1))?;
+        let (short, long, apart) = (one.min(two), one.max(two), (one - two).abs());
+        let tick = (long - short * 2).abs() <= long / 16;
+        let steady = spread.max(other) <= apart / STEADY_PART;
+        (apart > (short + long) / ALTERNATE_PART && steady && !tick).then_some((short, long))
     }
 
     /// `new`: the gap has not been added to the period yet.
