@@ -88,7 +88,41 @@ def test_a_tpdo_that_is_not_in_use_is_not_owed() -> None:
     for kind in (1, 255):
         assert not roots(configured(kind, 100, used=False), START, up(), syncs(), OTHERS)
         assert not roots(configured(kind, 100), up(state="7F"), syncs(), OTHERS), "not Operational"
-        assert not roots(configured(kind, 100), written("001A0000", since=0.05), START, up(), syncs(), OTHERS), "maps nothing"
+        assert not roots(configured(kind, 100), written("001A0000", since=0.05), START, up(), syncs(), OTHERS), (
+            "maps nothing"
+        )
+
+
+@pytest.mark.parametrize("kind", [1, 255])
+@pytest.mark.parametrize("cob", ["181", "201", "381", "690"])
+def test_a_tpdo_with_the_can_id_of_another_kind_comes(kind: int, cob: str) -> None:
+    """As where nodes exchange PDOs without a master, which is how a TPDO has the default CAN-ID of an RPDO."""
+    place = f"{cob[1:]}0{cob[0]}00"
+    linked = written(f"001801{place}C0", f"001802{kind:02X}", "0018056400", f"001801{place}40")
+    came = [(1.001 + number / 50, f"{cob}#0102") for number in range(1500)]
+    assert not roots(linked, START, up(), beats(1, 0.2, 31), syncs(), came)
+
+
+@pytest.mark.parametrize("kind", [1, 255])
+def test_a_multiplex_pdo_comes(kind: int) -> None:
+    came = [(1.001 + number / 50, "185#0500200111223344") for number in range(1500)]
+    assert not roots(written("001A00FE", since=0.05), configured(kind, 100), START, up(), syncs(), came)
+
+
+def test_a_second_sync_producer_explains_the_number_of_syncs() -> None:
+    """The PDO follows one of two: it comes with every other SYNC."""
+    parts = (configured(1), START, up(), syncs(), [(at + 0.001, "185#0102") for at, _ in syncs()])
+    assert not roots(*parts)
+    kinds = [kind for kind, _ in roots(*parts, [(at + 0.003, "080#") for at, _ in syncs()])]
+    assert kinds == ["two-sync-producers"]
+
+
+@pytest.mark.parametrize("kind", [1, 255])
+def test_a_configuration_from_before_a_boot_up_need_not_hold(kind: int) -> None:
+    booted = [(0.45, "705#00")]
+    rest = syncs() if kind == 1 else []
+    found = {one for one, _ in roots(configured(kind, 100), booted, START, up(), OTHERS, rest)}
+    assert not found & {"pdo-never-sent", "sync-never"}
 
 
 def test_a_recorder_may_have_left_pdos_out() -> None:

@@ -127,13 +127,12 @@ impl Fit {
     }
 }
 
-/// Returns true if what is known of a TPDO's communication parameter is more than an EDS says, and holds since the last
-/// boot-up of its node.
+/// Returns true if the capture shows the communication parameter of a TPDO, after the last boot-up of its node.
 fn is_configured(pdo: &Pdo, booted: Option<FrameRef>) -> bool {
     let since = booted.map_or(0, |at| at.no);
-    let holds = |from: Provenance| from > Provenance::Eds && from.frame().is_none_or(|frame| frame > since);
-    let kind = pdo.transmission.is_some_and(|(_, from)| holds(from));
-    kind && pdo.event_timer.is_none_or(|(_, from)| from <= Provenance::Eds || holds(from))
+    let shown = |from: Provenance| matches!(from, Provenance::Observed(frame) if frame > since);
+    let kind = pdo.transmission.is_some_and(|(_, from)| shown(from));
+    kind && pdo.event_timer.is_none_or(|(_, from)| from <= Provenance::Eds || shown(from))
 }
 
 /// All checks of one bus.

@@ -135,7 +135,7 @@ impl PdoTiming {
         let learns = head.filter(|_| timed && !pdo.is_some_and(is_named));
         if judged.is_some() || learns.is_some() {
             self.came(name, cx);
-        } else if head.is_none() {
+        } else if !transmit {
             return;
         }
         let sent = self.sent.entry(node).entry(transmit, number);

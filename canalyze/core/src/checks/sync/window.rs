@@ -190,9 +190,14 @@ impl SyncWindow {
         {
             let (found, times, since) = track.other;
             let pdo = nodes.get(node).and_then(|known| known.pdo(true, track.number));
-            if times >= OTHER && track.cyclic() && pdo.is_some_and(|pdo| configured(node, pdo)) {
+            if let Some(last) = track.last
+                && times >= OTHER
+                && track.cyclic()
+                && pdo.is_some_and(|pdo| configured(node, pdo))
+            {
                 let what = Pdo023::WithSync { found, expected: track.configured.kind.into() };
-                cx.raise(what, Some(node), Some(track.object()), Some(since));
+                let finding = cx.verdict(what, Some(node), Some(track.object()), Some(since));
+                cx.report(cx.excused(Rules::SynchronousPdo, last.when, finding));
             }
         }
     }
