@@ -235,7 +235,7 @@ FURTHER: Final[dict[str, Further]] = {
     "a drive that takes a step late": Further("not-enabled", lambda: stepped(DISABLED, READY, ON)),
     "a drive that is told one step only": Further("not-enabled", lambda: stepped(DISABLED)),
     "each PDO within the inhibit time": Further("inhibit-time", within_inhibit_time, ("open",)),
-    "each PDO later than its event timer": Further("pdo-missing", always_late, ("open",)),
+    "each PDO later than its event timer": Further("pdo-interval", always_late, ("open",)),
     "an even stream is no overload": Further("overload", even_stream, ()),
     "an overload to the end": Further("overload", overload_to_the_end, ("open",)),
     "a flood that stops": Further("node-floods", flood_that_stops, ("ended",)),
