@@ -175,3 +175,37 @@ def test_a_timer_that_is_written_to_fit_is_kept() -> None:
 def test_an_interval_that_is_right_again_is_none() -> None:
     parts = (configured(255, 100), START, up())
     assert not roots(*parts, sent(0.13, until=15), sent(0.1, 15.1, 31))
+
+
+@pytest.mark.parametrize("inhibit_ms", [150, 200, 500])
+def test_an_inhibit_time_that_is_longer_than_the_event_timer(inhibit_ms: int) -> None:
+    inhibit = (inhibit_ms * 10).to_bytes(2, "little").hex().upper()
+    parts = (written(f"001803{inhibit}", since=0.05), configured(255, 100), START, up())
+    assert not roots(*parts, sent(inhibit_ms / 1000))
+    assert roots(*parts, sent(2 * inhibit_ms / 1000)) == [("pdo-interval", "open")]
+
+
+@pytest.mark.parametrize("start", [1, 100, 240])
+def test_a_tpdo_may_wait_for_the_sync_of_its_start_value(start: int) -> None:
+    counted = [(at, f"080#{number % 240 + 1:02X}") for number, (at, _) in enumerate(syncs(0.1, 90))]
+    waits = written("001019F0", f"001806{start:02X}", since=0.02)
+    assert "pdo-never-sent" not in {kind for kind, _ in roots(waits, configured(1), START, up(10), counted)}
+
+
+@pytest.mark.parametrize(("timer_ms", "tick"), [(400, 0.5), (80, 0.1), (40, 0.055), (20, 0.0156)])
+def test_coarse_stamps_show_no_longer_interval(timer_ms: int, tick: float) -> None:
+    parts = (configured(255, timer_ms), START, up(), sent(timer_ms / 1000), OTHERS)
+    coarse = [(round(at // tick * tick, 6), frame) for part in parts for at, frame in part]
+    for last in range(20):
+        cut = sorted(coarse)[: len(coarse) - 7 * last]
+        assert "pdo-interval" not in {kind for kind, _ in roots(cut)}
+
+
+def test_a_node_that_left_operational_by_itself_may_have_restarted() -> None:
+    fell = [*beats(NODE, 0.2, 12, "05", 0.6), *beats(NODE, 0.2, 15, "7F", 14), *beats(NODE, 0.2, 31, "05", 15.2)]
+    again = [(15.1, "000#0105")]
+    kinds = {
+        kind
+        for kind, _ in roots(configured(255, 100), START, fell, again, OTHERS, sent(0.1, until=12), sent(0.3, 15.3))
+    }
+    assert "pdo-interval" not in kinds

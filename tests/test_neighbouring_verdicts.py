@@ -274,3 +274,20 @@ def test_every_other_sync_late_is_one_producer(late: float) -> None:
     until = 1 + 60 * 0.02
     capture = diagnosed(log(beats(3, 0.5, until + 1), syncs(0.02, until=until, late=(0.0, late * 0.02 / 2))))
     assert "two-sync-producers" not in {kind for kind, _ in statuses(capture)}, capture.said
+
+
+@pytest.mark.parametrize("poll", [0.002, 0.01, 0.016, 0.1])
+@pytest.mark.parametrize("apart", [0.0, 0.00001, 0.00004])
+def test_a_buffer_that_is_read_now_and_then_shows_one_producer(poll: float, apart: float) -> None:
+    """Two SYNCs fall into each round, and are stamped one behind the other."""
+    count = 80
+    pairs = [(1 + place * poll + second * apart, "080#") for place in range(count) for second in (0, 1)]
+    capture = diagnosed(log(beats(3, 0.5, 1 + count * poll), pairs))
+    assert "two-sync-producers" not in {kind for kind, _ in statuses(capture)}, capture.said
+
+
+def test_a_counter_that_goes_on_shows_one_producer() -> None:
+    late = syncs(0.02, until=5, late=(0.0, 0.007))
+    counted = [(at, f"080#{place % 10 + 1:02X}") for place, (at, _) in enumerate(sorted(late))]
+    capture = diagnosed(log(beats(3, 0.5, 5), counted))
+    assert "two-sync-producers" not in {kind for kind, _ in statuses(capture)}, capture.said

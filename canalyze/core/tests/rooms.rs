@@ -13,7 +13,7 @@ use std::path::Path;
 /// of PDOs that are found without a search, consequences that are counted where they are found, rare events apart from
 /// what is moved at every frame, plain lines of candump that are read up to their end, and what people write around frames.
 /// It was 68,630 while files whose tests are declared at their head counted up to there only.
-const WHOLE: usize = 73_820;
+const WHOLE: usize = 73_855;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -25,7 +25,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("bytes", 14_780),
     // With rare cases apart from what every PDO passes through.
     // With TPDOs that never come, or at another interval, against their configuration, and two SYNC producers from the beginning.
-    ("checks", 8_200),
+    ("checks", 8_235),
     // With learnt event timers, and findings that wait without a look at each frame. With frames that only add to the usual
     // gaps, which are nearly all, and what rarely happens at a frame apart from its place. With the servers whose answers
     // are in the capture.

@@ -29,7 +29,7 @@ pub(crate) mod tests;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::bytes::frame::{CanId, Frame, FrameRef};
+use crate::bytes::frame::{CanId, Frame};
 use crate::rules::pdo::Mpd001;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::{Mux, Side};
@@ -127,9 +127,9 @@ impl Fit {
     }
 }
 
-/// Returns true if the capture shows the communication parameter of a TPDO, after the last boot-up of its node.
-fn is_configured(pdo: &Pdo, booted: Option<FrameRef>) -> bool {
-    let since = booted.map_or(0, |at| at.no);
+/// Returns true if the capture shows the communication parameter of a TPDO, after the frame `since`: the last restart of
+/// its node.
+fn is_configured(pdo: &Pdo, since: u64) -> bool {
     let shown = |from: Provenance| matches!(from, Provenance::Observed(frame) if frame > since);
     let kind = pdo.transmission.is_some_and(|(_, from)| shown(from));
     kind && pdo.event_timer.is_none_or(|(_, from)| from <= Provenance::Eds || shown(from))
@@ -483,9 +483,19 @@ impl Checks {
         pdos.filter(|pdo| pdo.transmit && pdo.cob.0.valid).for_each(|pdo| *taken.entry(pdo.cob.0.id).or_default() += 1);
         // Frames of a CAN-ID that others have, too, may be theirs.
         let own = |id: CanId| !pdo_configuration::restricted(id) && taken.get(&id).is_none_or(|count| *count == 1);
-        let configured = |node: u8, pdo: &Pdo| own(pdo.cob.0.id) && is_configured(pdo, self.nodes.booted(node));
+        let mut timing = std::mem::take(&mut self.pdo_timing);
+        let restarted: BTreeMap<u8, u64> = nodes
+            .iter()
+            .map(|(id, _)| {
+                let both = [self.nodes.booted(id), timing.fallen(id)];
+                (id, both.into_iter().flatten().map(|at| at.no).max().unwrap_or(0))
+            })
+            .collect();
+        let since = |node: u8| restarted.get(&node).copied().unwrap_or(0);
+        let configured = |node: u8, pdo: &Pdo| own(pdo.cob.0.id) && is_configured(pdo, since(node));
         self.sync.finish(nodes, configured, cx);
-        self.pdo_timing.finish(nodes, configured, cx);
+        timing.finish(nodes, configured, cx);
+        self.pdo_timing = timing;
         self.lss.finish(cx);
     }
 }

@@ -47,9 +47,12 @@ const STOPPED: i64 = 10;
 const STOPPED_NS: Ns = Ns::from_s(1);
 /// Part by which a TPDO that is sent with each SYNC may differ from the cycle.
 const CYCLE_PART: i64 = 8;
-/// Number of gaps in a row, alike up to this part of them, that show a longer interval than that of the event timer.
-const LONGER: u32 = 3;
+/// Number of gaps in a row, alike up to this part of them, that show a longer interval than that of the event timer, and
+/// the number if it is twice as long; and the least by which it is longer, in ns.
+const LONGER: u32 = 5;
+const TWICE: u32 = 3;
 const ALIKE_PART: i64 = 12;
+const LONGER_NS: Ns = Ns::from_ms(5);
 /// Number of SYNCs with which a TPDO was due after which it is never sent.
 const NEVER: u64 = 20;
 /// Time for which nodes are Operational without SYNC, in ns, after which none is produced.
@@ -76,6 +79,8 @@ pub struct PdoTiming {
     seen: bool,
     /// Nodes that report Operational: the first and the last time in a row.
     operational: BTreeMap<u8, (Moment, Moment)>,
+    /// Nodes that left Operational without a command: as behind a restart, their configuration is not known.
+    fallen: BTreeMap<u8, FrameRef>,
 }
 
 /// A report of a node's state, and the number of SYNCs before it.
@@ -96,6 +101,8 @@ struct Sent {
     requested: bool,
     /// Its event timer or deadline in ns; 0 is none.
     timer_ns: Ns,
+    /// Its inhibit time in ns.
+    inhibit_ns: Ns,
     /// The event timer as learnt from its frames, if nobody has named it.
     learnt: Option<LearntTimer>,
     /// The usual excess over the timer, in ns, and the number of gaps that showed it.
@@ -144,6 +151,7 @@ impl PdoTiming {
             let inhibit = Ns::from_us(100 * pdo.inhibit.filter(|_| transmit).map_or(0, trusted));
             let late_ns = cx.evidence.recording.shortens_ns(cx.when, inhibit);
             sent.timer_ns = Ns::from_ms(pdo.event_timer.map_or(0, trusted));
+            sent.inhibit_ns = inhibit;
             sent.follow(name, inhibit, late_ns, cx);
             owed = (sent.timer_ns > Ns::ZERO).then(|| sent.patience(transmit));
         }
@@ -264,16 +272,17 @@ impl PdoTiming {
 
     /// Takes a node's reported NMT state; 0 is its boot-up. A node that is no longer Operational has stopped its PDOs.
     pub fn state(&mut self, node: u8, state: u8, cx: &mut Context<'_>) {
-        if matches!(state, 0 | OPERATIONAL) {
-            self.halted.remove(&node);
-        } else {
-            self.halted.insert(node);
-        }
+        let halted = match state {
+            0 | OPERATIONAL => self.halted.remove(&node),
+            _ => !self.halted.insert(node),
+        };
         if state == OPERATIONAL {
             let now = Moment { when: cx.when, syncs: self.syncs };
             self.operational.entry(node).or_insert((now, now)).1 = now;
         } else {
-            self.operational.remove(&node);
+            if self.operational.remove(&node).is_some() && !halted {
+                self.fallen.insert(node, cx.at);
+            }
             self.pause(Some(node));
             cx.evidence.pending.explain(cx.at, |it| it.code == Code::Pdo005 && it.node == Some(node));
         }
@@ -307,14 +316,20 @@ impl PdoTiming {
         self.due.met((node, transmit, number));
     }
 
+    /// Returns the frame by which a node last left Operational without a command.
+    pub fn fallen(&self, node: u8) -> Option<FrameRef> {
+        self.fallen.get(&node).copied()
+    }
+
     /// Reports at the end of the capture what does not come as configured. `configured`: as [`crate::checks::sync::Sync::finish`] takes it.
     pub fn finish(&mut self, nodes: &PerNode<Node>, configured: impl Fn(u8, &Pdo) -> bool, cx: &mut Context<'_>) {
         if self.seen || self.syncs > 0 {
             self.judge_absent(nodes, &configured, cx);
         }
         for (node, pdo) in nodes.iter().flat_map(|(id, node)| node.pdos().iter().map(move |pdo| (id, pdo))) {
-            let sent = self.get_mut((node, true, pdo.number)).filter(|sent| pdo.transmit && sent.longer >= LONGER);
-            if let Some(&mut Sent { timer_ns: limit, longer_ns: found, longer_since, .. }) = sent
+            let Some(sent) = self.get_mut((node, true, pdo.number)).filter(|_| pdo.transmit) else { continue };
+            let (limit, longer_since) = (sent.timer_ns, sent.longer_since);
+            if let Some(found) = sent.interval_ns()
                 && configured(node, pdo)
             {
                 let object = Mux { index: communication_parameter(true, pdo.number), sub: 5 };
@@ -380,7 +395,7 @@ impl LearntTimer {
 impl Sent {
     /// Returns the maximum time to the next frame by its event timer, or by an RPDO's deadline, in ns.
     fn patience(&self, transmit: bool) -> Ns {
-        let timer_ns = if self.longer >= LONGER { self.longer_ns } else { self.timer_ns };
+        let timer_ns = self.interval_ns().unwrap_or(self.timer_ns.max(self.inhibit_ns));
         let late_ns = match (transmit, self.gaps) {
             (false, _) => timer_ns / 10,
             (true, ..KNOWN) => timer_ns / 2,
@@ -402,7 +417,9 @@ impl Sent {
             let late = (gap - self.timer_ns).clamp(Ns::ZERO, self.timer_ns / 2);
             self.usual_ns = late.max(self.usual_ns - self.usual_ns / 16);
             self.gaps = self.gaps.saturating_add(1);
-            self.compare(name.1, before.at, gap);
+            if name.1 {
+                self.compare(before.at, gap, recording.resolution_ns());
+            }
         }
         let Some(gap) = gap.filter(|_| inhibit > Ns::ZERO && !requested) else {
             self.late_ns = late_ns;
@@ -418,13 +435,11 @@ impl Sent {
         self.too_close(name, before, Pdo004::TooClose { found: gap, limit: inhibit, tolerance }, cx);
     }
 
-    /// Compares a gap behind a frame with the event timer of a TPDO: it may always be the same longer one.
+    /// Compares a gap behind a frame with the times of a TPDO: it may always be the same longer one.
     #[inline]
-    fn compare(&mut self, transmit: bool, before: FrameRef, gap: Ns) {
-        if !transmit
-            || self.timer_ns <= Ns::ZERO
-            || gap - self.timer_ns <= HELD_UP_NS.max(self.timer_ns / PUNCTUAL_PART)
-        {
+    fn compare(&mut self, before: FrameRef, gap: Ns, resolution: Ns) {
+        let due = self.timer_ns.max(self.inhibit_ns);
+        if self.timer_ns <= Ns::ZERO || gap - due <= LONGER_NS.max(due / PUNCTUAL_PART).max(resolution * 2) {
             self.longer = 0;
             return;
         }
@@ -432,6 +447,12 @@ impl Sent {
             (self.longer, self.longer_since) = (0, before);
         }
         (self.longer_ns, self.longer) = (gap, self.longer.saturating_add(1));
+    }
+
+    /// Returns the interval at which a TPDO comes, if that is always longer than its event timer.
+    fn interval_ns(&self) -> Option<Ns> {
+        let least = if self.longer_ns / 2 >= self.timer_ns { TWICE } else { LONGER };
+        (self.longer >= least).then_some(self.longer_ns)
     }
 
     /// Reports a PDO within its inhibit time.
@@ -446,7 +467,9 @@ impl Sent {
 
 /// Returns the transmission type of a TPDO that is in use, as more than an EDS says.
 fn asked_for(pdo: &Pdo) -> Option<u8> {
-    let told = pdo.transmit && pdo.cob.0.valid && pdo.cob.1 > Provenance::Eds;
+    // It may wait for the SYNC with its start value.
+    let waits = pdo.sync_start.is_some_and(|(start, _)| start != 0);
+    let told = pdo.transmit && pdo.cob.0.valid && pdo.cob.1 > Provenance::Eds && !waits;
     pdo.transmission.filter(|_| told && !matches!(pdo.content, Content::Disabled(_))).map(|(kind, _)| kind)
 }
 

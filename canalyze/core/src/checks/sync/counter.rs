@@ -82,6 +82,11 @@ impl Counter {
         self.two
     }
 
+    /// Returns true if each value so far has followed from the one before, so that one producer sent all SYNCs.
+    pub fn is_single(&self) -> bool {
+        self.expected.is_some() && self.held.is_none() && self.second.is_none() && self.fitted.is_none()
+    }
+
     /// Returns true if a value begins a sequence anew, before the one so far has come to its end.
     pub fn begins_again(&self, value: u8) -> bool {
         value == 1 && self.expected.is_some_and(|expected| expected != 1)

@@ -264,6 +264,7 @@ impl Sync {
         let before = self.period.frame(self.cycle());
         let lost = before.and_then(|last| cx.evidence.circumstances.first_excuse(Rules::SyncGap, last));
         self.lost = lost.map(|at| (self.cycle() + 1, at)).or(self.lost);
+        self.period.counted = self.counter.is_single();
         let irregular = self.period.step(cx.when, (stopped, silent, spread_ns), &cx.evidence.recording);
         match counter {
             // A SYNC of the wrong length carries no counter.

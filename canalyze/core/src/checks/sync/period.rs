@@ -39,11 +39,15 @@ const JITTER_PART: i64 = 16;
 const MEANT: u64 = 8;
 /// Minimum difference of gaps that alternate from the beginning, as a part of their sum, and maximum spread of either, as
 /// a part of that difference, by which two producers show. A single one that keeps its period by a coarse tick has gaps in
-/// the ratio of one to two.
+/// the ratio of one to two, up to this part; those from a buffer that is read now and then are far apart in length.
 const ALTERNATE_PART: i64 = 4;
 const STEADY_PART: i64 = 4;
+const TICK_PART: i64 = 50;
+const BUFFERED: i64 = 12;
 /// The shortest period of a producer, in ns; shorter gaps come from a buffer.
 const FASTEST_NS: Ns = Ns::from_us(200);
+/// Duration of a SYNC on the fastest bus, in ns: none follows another in less.
+const FRAME_NS: Ns = Ns::from_us(44);
 
 /// The possibility of a restart of the producer since the last SYNC.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -109,6 +113,8 @@ pub struct SyncPeriod {
     phased: bool,
     /// Recent deviation of SYNCs from the period, without lasting shifts, in ns.
     deviation_ns: Ns,
+    /// The counters of the SYNCs so far show one producer.
+    pub counted: bool,
 }
 
 /// A late SYNC, until later ones explain it.
@@ -320,11 +326,11 @@ impl SyncPeriod {
     }
 
     fn take(&mut self, gap: Gap, recording: &Recording, out: &mut Vec<Irregular>) {
+        if gap.ns < if self.regular { FRAME_NS } else { FASTEST_NS } {
+            return;
+        }
         if let Some(period) = self.period_ns() {
             return self.judge(gap, period, true, recording, out);
-        }
-        if gap.ns < FASTEST_NS {
-            return;
         }
         if self.early.len() == GAPS {
             self.early.remove(0);
@@ -332,7 +338,11 @@ impl SyncPeriod {
         self.early.push(gap);
         if let Some((short, long)) = self.alternate().filter(|_| !self.second.two) {
             (self.second.two, self.second.cycle) = (true, gap.cycle);
-            out.push(Irregular::Sync(gap.cycle, Syn006::Interleaved { short, long, period: short + long }.into()));
+            let (jitter, period) = ((long - short) / 2, (long + short) / 2);
+            out.push(match self.counted {
+                true => Irregular::Unsteady(gap.cycle, Syn003::Unsteady { jitter, period }.into()),
+                false => Irregular::Sync(gap.cycle, Syn006::Interleaved { short, long, period: short + long }.into()),
+            });
         }
         let _ = self.period.take(gap.ns, recording.resolution_ns(), gap.now.at);
         // With coarse stamps gaps are multiples of their unit, whatever the period.
@@ -377,9 +387,10 @@ impl SyncPeriod {
         };
         let ((one, spread), (two, other)) = half(0).zip(half(1))?;
         let (short, long, apart) = (one.min(two), one.max(two), (one - two).abs());
-        let tick = (long - short * 2).abs() <= long / 16;
+        let tick = (long - short * 2).abs() <= long / TICK_PART;
         let steady = spread.max(other) <= apart / STEADY_PART;
-        (apart > (short + long) / ALTERNATE_PART && steady && !tick).then_some((short, long))
+        let buffered = short < long / BUFFERED;
+        (apart > (short + long) / ALTERNATE_PART && steady && !tick && !buffered).then_some((short, long))
     }
 
     /// `new`: the gap has not been added to the period yet.
