@@ -24,7 +24,7 @@ import canopen
 import pytest
 from captures import Analysis, decoded, frame_identity, sort_rows
 from conftest import NOTES, environment
-from listeners import wait_until_read
+from listeners import STANDSTILL_S, Pulse, wait_until_read
 from record_session import INTERFACE, run_session
 
 DEADLINE_S = 60.0
@@ -225,7 +225,8 @@ def test_a_session_live_and_recorded_are_the_same(pipeline: Callable[[str], Pipe
         cansend(f"{PROBE}#01")
         nodes.connect(interface="socketcan", channel=INTERFACE)
         master.connect(interface="socketcan", channel=INTERFACE)
-        asked = run_session(nodes, master)
+        with Pulse() as pulse:
+            asked = run_session(nodes, master)
         cansend(f"{LAST}#02")
         assert live.line(is_frame(LAST)), "the last frame did not come"
         wait_until_read(recorder)
@@ -238,7 +239,9 @@ def test_a_session_live_and_recorded_are_the_same(pipeline: Callable[[str], Pipe
     said, recorded = sort_rows((tmp_path / "live.jsonl").read_bytes()), decoded(log)
     assert frames_between(said) == frames_between(recorded)
     assert [essence(row) for row in said.transfers] == [essence(row) for row in recorded.transfers]
-    assert not said.above_info(), said.complaint()
+    # The nodes send their heartbeats from this process: late where this machine stood still.
+    late = {"HBT001"} if pulse.longest >= STANDSTILL_S else set()
+    assert {finding["code"] for finding in said.above_info()} <= late, said.complaint()
     assert len(said.transfers) == len(asked)
     for row, wanted in zip(said.transfers, asked, strict=True):
         assert all(row[key] == wanted[key] for key in ("node", "direction", "mode", "index", "sub")), (row, wanted)
