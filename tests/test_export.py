@@ -356,6 +356,15 @@ def test_mappings_beyond_the_columns_of_a_message_are_named(tmp_path: Path) -> N
     assert len({row["index"] for row in rows(tmp_path / "out", "objects") if row["source"] == "pdo"}) == count
 
 
+def test_a_mapping_that_needs_no_further_column_fits() -> None:
+    message = Message()
+    full = pa.schema([field(f"s{number}", pa.int8()) for number in range(SIGNALS)])
+    assert len(columns(message, "wide/1", full)) == SIGNALS
+    assert message.names("wide/2", pa.schema([field("s0", pa.int8()), field("other", pa.int8())])) is None
+    assert columns(message, "wide/3", pa.schema([field("s1", pa.int8()), field("s0", pa.int8())])) == ["s1", "s0"]
+    assert message.names("wide/4", pa.schema([field("other", pa.int8())])) is None
+
+
 @pytest.mark.parametrize(
     ("name", "made"), [("a-b c", "a_b_c"), ("1x", "_1x"), ("状态", ""), ("a__b", "a_b"), ("_x_", "x")]
 )

@@ -100,9 +100,12 @@ class Message:
         """Returns the columns of a table's signals, by their names there; None if it is left out."""
         if table not in self._names:
             used: set[str] = set()
-            signals = [field for field in schema if field.metadata]
-            fits = len(self._columns) + len(signals) <= self._most
-            self._names[table] = {field.name: self._name(field, used) for field in signals} if fits else None
+            before = len(self._columns)
+            names = {field.name: self._name(field, used) for field in schema if field.metadata}
+            fits = len(self._columns) <= self._most
+            while not fits and len(self._columns) > before:
+                self._columns.popitem()
+            self._names[table] = names if fits else None
         return self._names[table]
 
     def _name(self, field: pa.Field, used: set[str]) -> str:

@@ -41,14 +41,14 @@ def replay(path: Path, interface: str = "vcan0") -> None:
 
 
 def latest_ns(path: Path, log: bytes) -> int:
-    """How late the latest frame of a replay was sent, against the first; one that ends it follows in its log."""
+    """The greatest lateness of a frame in a replay, against its first; one that ends it follows in its log."""
     planned, sent = candump_log(path.read_text()), candump_log(log.decode())[:-1]
     off = [now.t_ns - frame.t_ns for now, frame in zip(sent, planned, strict=True)]
     return max(off) - off[0]
 
 
 def replayed(path: Path, bus: Listeners) -> list[Ended]:
-    """What candump, rows, and text in both languages show of a log that was sent when it says.
+    """Sends a log when it says; what candump, rows, and text in both languages have shown of it.
 
     Frames that all come late, and then in a row, are a recorder's that stood still. A file may show that by any later
     frame, and a listener waits for those a short time only: there the two may differ.
