@@ -24,7 +24,8 @@ const BUDGETS: &[(&str, usize)] = &[
     // and bytes without leading zeros, which people paste.
     ("bytes", 14_780),
     // With rare cases apart from what every PDO passes through.
-    // With TPDOs that never come, or at another interval, against their configuration, and two SYNC producers from the beginning.
+    // With TPDOs that never come, or at another interval, against their configuration, and two SYNC producers that are there
+    // from the beginning.
     ("checks", 8_235),
     // With learnt event timers, and findings that wait without a look at each frame. With frames that only add to the usual
     // gaps, which are nearly all, and what rarely happens at a frame apart from its place. With the servers whose answers
@@ -36,6 +37,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("description", 1_990),
     // With descriptions as rows of Python's tuples, and parts of bytes, which are fed without a copy.
     ("python", 1_260),
+    // With TPDOs against their configuration.
     ("rules", 1_720),
     // With requests that a client gives up, servers that are mute beside others, and late acknowledgements.
     ("sdo", 4_660),
@@ -43,7 +45,8 @@ const BUDGETS: &[(&str, usize)] = &[
     ("session", 2_800),
     ("settings", 1_330),
     // Without what a kind of problem is: that is in the table of kinds. With ends that a frame shows, new floods, and
-    // the nodes of the first screen, nodes that are not started behind a reset, and who gave a request up.
+    // the nodes of the first screen, nodes that are not started behind a reset, and who gave a request up. With PDOs that
+    // only seemed to be missing before their interval was known.
     ("problems", 6_500),
     // With JSON objects and rows of CSV in parts, since most of them is as in an earlier line, and selections that are found
     // without a search.

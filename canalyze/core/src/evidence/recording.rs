@@ -21,7 +21,7 @@ use super::resolution::Resolution;
 use super::stalls::{DRAIN_NS, SHORTEST_STALL_NS, Stalls, UNUSUAL_TENTHS, wire_ns};
 use super::when::When;
 
-pub use super::stalls::Verdict;
+pub use super::stalls::{FRAME_NS, Verdict};
 
 /// Maximum delay with which a host lists its own frames, in ns.
 const LATEST_ECHO_NS: Ns = Ns::from_ms(10);

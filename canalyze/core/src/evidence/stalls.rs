@@ -27,6 +27,8 @@ pub(super) const UNUSUAL_TENTHS: i64 = 13;
 const BIT_NS: Ns = Ns::from_us(1);
 /// Length of a frame without data in bits, without stuff bits.
 const FRAME_BITS: i64 = 44;
+/// Minimum time that a frame without data takes, in ns.
+pub const FRAME_NS: Ns = Ns(FRAME_BITS * BIT_NS.as_ns());
 /// Minimum distance of the due times of frames that arrive together because the recorder buffered them, in ns.
 const APART_NS: Ns = Ns::from_ms(3);
 /// Number of frames after a burst within which it has to be proven; otherwise it is ordinary traffic.
@@ -453,6 +455,6 @@ impl Stalls {
 pub(super) fn wire_ns(frame: &Frame) -> Ns {
     match frame.kind {
         Kind::Data => (FRAME_BITS + 8 * i64::from(frame.len)) * BIT_NS,
-        _ => FRAME_BITS * BIT_NS,
+        _ => FRAME_NS,
     }
 }

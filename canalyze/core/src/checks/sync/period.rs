@@ -7,7 +7,7 @@
 use crate::bytes::frame::FrameRef;
 use crate::bytes::ns::Ns;
 use crate::evidence::period::{Learnt, Period};
-use crate::evidence::recording::{PAUSE_NS, Recording};
+use crate::evidence::recording::{FRAME_NS, PAUSE_NS, Recording};
 use crate::evidence::when::When;
 use crate::rules::finding::Verdict;
 use crate::rules::sync::{Syn003, Syn006, Syn012};
@@ -46,8 +46,6 @@ const TICK_PART: i64 = 50;
 const BUFFERED: i64 = 12;
 /// The shortest period of a producer, in ns; shorter gaps come from a buffer.
 const FASTEST_NS: Ns = Ns::from_us(200);
-/// Duration of a SYNC on the fastest bus, in ns: none follows another in less.
-const FRAME_NS: Ns = Ns::from_us(44);
 
 /// The possibility of a restart of the producer since the last SYNC.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -326,6 +324,7 @@ impl SyncPeriod {
     }
 
     fn take(&mut self, gap: Gap, recording: &Recording, out: &mut Vec<Irregular>) {
+        // A single additional SYNC counts if a bus can carry it.
         if gap.ns < if self.regular { FRAME_NS } else { FASTEST_NS } {
             return;
         }
