@@ -258,6 +258,6 @@ rules! {
         message "TPDO的间隔不符合其配置" "TPDO at another interval than configured";
         Slower { found: Ns, limit: Ns } "每{found}发送一次(事件定时器{limit})" "sent every {found} (event timer {limit})";
         WithSync { found: Count, expected: Count } "每{found}个SYNC发送一次(传输类型{expected})"
-            "sent every {found|SYNC|SYNCs} (transmission type {expected})";
+            "always sent {found|SYNC|SYNCs} after the previous one (transmission type {expected})";
     }
 }
