@@ -131,8 +131,9 @@ impl Fit {
 /// its node.
 fn is_configured(pdo: &Pdo, since: u64) -> bool {
     let shown = |from: Provenance| matches!(from, Provenance::Observed(frame) if frame > since);
+    let holds = |from: Provenance| from <= Provenance::Eds || shown(from);
     let kind = pdo.transmission.is_some_and(|(_, from)| shown(from));
-    kind && pdo.event_timer.is_none_or(|(_, from)| from <= Provenance::Eds || shown(from))
+    kind && holds(pdo.cob.1) && pdo.event_timer.is_none_or(|(_, from)| holds(from))
 }
 
 /// All checks of one bus.
@@ -483,19 +484,17 @@ impl Checks {
         pdos.filter(|pdo| pdo.transmit && pdo.cob.0.valid).for_each(|pdo| *taken.entry(pdo.cob.0.id).or_default() += 1);
         // Frames of a CAN-ID that others have, too, may be theirs.
         let own = |id: CanId| !pdo_configuration::restricted(id) && taken.get(&id).is_none_or(|count| *count == 1);
-        let mut timing = std::mem::take(&mut self.pdo_timing);
         let restarted: BTreeMap<u8, u64> = nodes
             .iter()
-            .map(|(id, _)| {
-                let both = [self.nodes.booted(id), timing.fallen(id)];
-                (id, both.into_iter().flatten().map(|at| at.no).max().unwrap_or(0))
+            .filter_map(|(id, _)| {
+                let both = [self.nodes.booted(id), self.pdo_timing.fallen(id)];
+                Some((id, both.into_iter().flatten().map(|at| at.no).max()?))
             })
             .collect();
         let since = |node: u8| restarted.get(&node).copied().unwrap_or(0);
         let configured = |node: u8, pdo: &Pdo| own(pdo.cob.0.id) && is_configured(pdo, since(node));
         self.sync.finish(nodes, configured, cx);
-        timing.finish(nodes, configured, cx);
-        self.pdo_timing = timing;
+        self.pdo_timing.finish(nodes, configured, cx);
         self.lss.finish(cx);
     }
 }

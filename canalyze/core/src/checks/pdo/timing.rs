@@ -321,7 +321,8 @@ impl PdoTiming {
         self.fallen.get(&node).copied()
     }
 
-    /// Reports at the end of the capture what does not come as configured. `configured`: as [`crate::checks::sync::Sync::finish`] takes it.
+    /// Reports at the end of the capture what does not come as configured. `configured`: true for a TPDO of a node whose
+    /// configuration is known, and whose frames are its own.
     pub fn finish(&mut self, nodes: &PerNode<Node>, configured: impl Fn(u8, &Pdo) -> bool, cx: &mut Context<'_>) {
         if self.seen || self.syncs > 0 {
             self.judge_absent(nodes, &configured, cx);
@@ -451,7 +452,8 @@ impl Sent {
 
     /// Returns the interval at which a TPDO comes, if that is always longer than its event timer.
     fn interval_ns(&self) -> Option<Ns> {
-        let least = if self.longer_ns / 2 >= self.timer_ns { TWICE } else { LONGER };
+        let due = self.timer_ns.max(self.inhibit_ns);
+        let least = if self.longer_ns / 2 >= due { TWICE } else { LONGER };
         (self.longer >= least).then_some(self.longer_ns)
     }
 
