@@ -12,3 +12,5 @@ pub const FAULT_EMCY_NS: Ns = Ns::from_ms(500);
 pub const FAULTS_TOGETHER_NS: Ns = Ns::from_ms(100);
 /// A problem that returns within this time after its end is the same one.
 pub const AGAIN_NS: Ns = Ns::from_s(10);
+/// Time without any SYNC, where one is due, after which none is produced.
+pub const NO_SYNC_NS: Ns = Ns::from_s(5);

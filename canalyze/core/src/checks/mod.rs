@@ -493,8 +493,8 @@ impl Checks {
             .collect();
         let since = |node: u8| restarted.get(&node).copied().unwrap_or(0);
         let configured = |node: u8, pdo: &Pdo| own(pdo.cob.0.id) && is_configured(pdo, since(node));
-        self.sync.finish(nodes, configured, cx);
-        self.pdo_timing.finish(nodes, configured, cx);
+        let unproduced = self.sync.finish(nodes, configured, cx);
+        self.pdo_timing.finish(nodes, configured, unproduced, cx);
         self.lss.finish(cx);
     }
 }

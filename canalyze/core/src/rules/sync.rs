@@ -182,6 +182,8 @@ rules! {
     /// No node produces SYNC (1005h bit 30, 1006h), or SYNC has another COB-ID.
     Syn014 "SYN014" "no-sync" Warning "CiA 301 7.2.5, 7.5.2.5" [Sync, Pdo] {
         message "没有同步报文" "there is no SYNC";
+        Producer { period: Ns } "该节点按1005h和1006h应每{period}发送同步报文, 但没有同步报文"
+            "no SYNC, although the node produces it by 1005h, every {period} by 1006h";
         Never { pdos: Count } "没有同步报文, 而节点处于操作状态, {pdos}个TPDO是同步的"
             "no SYNC, although nodes are Operational and {pdos|TPDO is|TPDOs are} synchronous";
     }

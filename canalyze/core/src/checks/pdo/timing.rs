@@ -16,6 +16,7 @@ use super::series::Series;
 use crate::bytes::frame::FrameRef;
 use crate::bytes::ns::Ns;
 use crate::checks::PdoName;
+use crate::checks::limits::NO_SYNC_NS;
 use crate::evidence::obligation::Owed;
 use crate::evidence::period::Timer;
 use crate::evidence::{Obligations, Rules, When};
@@ -55,8 +56,6 @@ const ALIKE_PART: i64 = 12;
 const LONGER_NS: Ns = Ns::from_ms(5);
 /// Number of SYNCs with which a TPDO was due after which it is never sent.
 const NEVER: u64 = 20;
-/// Time for which nodes are Operational without SYNC, in ns, after which none is produced.
-const NO_SYNC_NS: Ns = Ns::from_s(5);
 
 /// The key of a PDO: its node, true for a TPDO, its number.
 type TimingKey = (u8, bool, u16);
@@ -322,10 +321,16 @@ impl PdoTiming {
     }
 
     /// Reports at the end of the capture what does not come as configured. `configured`: true for a TPDO of a node whose
-    /// configuration is known, and whose frames are its own.
-    pub fn finish(&mut self, nodes: &PerNode<Node>, configured: impl Fn(u8, &Pdo) -> bool, cx: &mut Context<'_>) {
+    /// configuration is known, and whose frames are its own; `unproduced`: SYNC is known to be missing.
+    pub fn finish(
+        &mut self,
+        nodes: &PerNode<Node>,
+        configured: impl Fn(u8, &Pdo) -> bool,
+        unproduced: bool,
+        cx: &mut Context<'_>,
+    ) {
         if self.seen || self.syncs > 0 {
-            self.judge_absent(nodes, &configured, cx);
+            self.judge_absent(nodes, &configured, unproduced, cx);
         }
         for (node, pdo) in nodes.iter().flat_map(|(id, node)| node.pdos().iter().map(move |pdo| (id, pdo))) {
             let Some(sent) = self.get_mut((node, true, pdo.number)).filter(|_| pdo.transmit) else { continue };
@@ -340,7 +345,13 @@ impl PdoTiming {
     }
 
     /// Reports TPDOs that never came although their nodes were Operational for long.
-    fn judge_absent(&mut self, nodes: &PerNode<Node>, configured: impl Fn(u8, &Pdo) -> bool, cx: &mut Context<'_>) {
+    fn judge_absent(
+        &mut self,
+        nodes: &PerNode<Node>,
+        configured: impl Fn(u8, &Pdo) -> bool,
+        unproduced: bool,
+        cx: &mut Context<'_>,
+    ) {
         let mut without_sync: Option<(Moment, u64)> = None;
         for (&node, &(since, last)) in &self.operational {
             let mut came = self.sent.get_mut(node);
@@ -371,7 +382,7 @@ impl PdoTiming {
                 cx.raise(what, Some(node), Some(object), Some(since.when.at));
             }
         }
-        if let Some((since, pdos)) = without_sync {
+        if let Some((since, pdos)) = without_sync.filter(|_| !unproduced) {
             cx.raise(Syn014::Never { pdos }, None, None, Some(since.when.at));
         }
     }

@@ -2,10 +2,11 @@
 //!
 //! A configurator writes one object after the other: writes are judged after a few SYNCs without another.
 
+use super::super::limits::NO_SYNC_NS;
 use super::period::SyncPeriod;
 use super::settings::{SyncSettings, ns};
 use crate::bytes::frame::FrameRef;
-use crate::rules::sync::{Syn003, Syn006, Syn007};
+use crate::rules::sync::{Syn003, Syn006, Syn007, Syn014};
 use crate::sdo::wire::Mux;
 use crate::world::configuration::Provenance;
 use crate::world::context::Context;
@@ -47,6 +48,24 @@ impl Configured {
                 cx.raise(Syn003::NotConfigured { period, expected: *configured }, *node, object, None);
             }
         }
+    }
+
+    /// Reports, at the end of a capture without SYNC, a node that was configured to produce it long ago; returns true if
+    /// there is one.
+    pub fn never(&self, settings: &SyncSettings, nodes: &PerNode<Node>, cx: &mut Context<'_>) -> bool {
+        let long = |at: FrameRef| cx.at.since(at).is_some_and(|since| since >= NO_SYNC_NS);
+        let shown = |node: u8, index: u16| {
+            let (value, from) = nodes.get(node)?.value(index, 0)?;
+            matches!(from, Provenance::Observed(_)).then_some(value)
+        };
+        let period = |node: u8| shown(node, 0x1005).and_then(|_| shown(node, 0x1006)).filter(|us| *us > 0).map(ns);
+        let due = self.written.iter().filter(|(node, at, _)| settings.producers.contains(node) && long(*at));
+        let Some((node, at, period)) = due.filter_map(|(node, at, _)| Some((*node, *at, period(*node)?))).next() else {
+            return false;
+        };
+        let object = Mux { index: 0x1005, sub: 0 };
+        cx.raise(Syn014::Producer { period }, Some(node), Some(object), Some(at));
+        true
     }
 
     /// Judges the writes once the configuration has settled.

@@ -223,8 +223,14 @@ impl Sync {
     }
 
     /// Reports what is open at the end of the capture. `configured`: true for a TPDO of a node whose
-    /// configuration is known, and whose frames are its own.
-    pub fn finish(&mut self, nodes: &PerNode<Node>, configured: impl Fn(u8, &Pdo) -> bool, cx: &mut Context<'_>) {
+    /// configuration is known, and whose frames are its own. Returns true if a configured producer has never sent SYNC.
+    pub fn finish(
+        &mut self,
+        nodes: &PerNode<Node>,
+        configured: impl Fn(u8, &Pdo) -> bool,
+        cx: &mut Context<'_>,
+    ) -> bool {
+        let never = self.cycle() == 0 && self.configured.never(&self.settings, nodes, cx);
         if let Some(miscount) = self.counter.finish() {
             self.report_miscount(miscount, cx);
         }
@@ -233,6 +239,7 @@ impl Sync {
         }
         self.configured.judge(&self.settings, u64::MAX, nodes, cx);
         self.window.finish(nodes, configured, cx);
+        never
     }
 
     /// Takes an NMT command to a node or to all, or a boot-up.
