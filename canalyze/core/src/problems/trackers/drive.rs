@@ -83,7 +83,7 @@ impl Drives {
 
     /// Processes a PDO: its commands, and its state if only the default mapping gives that.
     pub(in crate::problems) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
-        if self.drives & bit(data.node) == 0 && self.faults.is_empty() {
+        if self.drives & bit(data.node) == 0 && !self.faults.contains_key(&data.node) {
             return;
         }
         let at = scene.at;
