@@ -22,9 +22,14 @@ const SOON_NS: Ns = Ns::from_ms(500);
 const RESPONSES: [u8; 5] = [0x43, 0x47, 0x4B, 0x4F, 0x60];
 /// Maximum time between the responses of two servers to one request, in ns.
 const SECOND_NS: Ns = Ns::from_ms(50);
+/// Part of the shortest time between two requests for an object within which a second response is to the same request: after
+/// that it is to the next one, which the recording has lost.
+const TURN_PART: i64 = 4;
 /// Number of second responses with other data that show two servers, and of requests in a row with two equal ones.
 const DOUBLED: u64 = 3;
 const EQUAL: u32 = 10;
+/// Maximum number of objects whose requests are timed.
+const TURNS: usize = 1024;
 /// Maximum number of kept second responses.
 const KEPT: usize = 64;
 
@@ -42,6 +47,8 @@ pub(in crate::problems) struct Identities {
     /// Nodes that were requested, one bit each; the first response of another server to a node's request.
     requested: u128,
     strange: BTreeMap<u8, (CanId, FrameRef, FrameRef)>,
+    /// The last request for an object of each node, and the shortest time between two of them, in ns.
+    turns: BTreeMap<(u8, Mux), (FrameRef, Option<Ns>)>,
     /// The last response of each node that names an object; and the number of requests in a row with two equal ones, up
     /// to that which has had one.
     answers: BTreeMap<u8, (Mux, [u8; 8], FrameRef)>,
@@ -98,7 +105,20 @@ impl Identities {
             self.elsewhere(node, candidate, scene);
         }
         self.requested |= bit(node);
+        self.turn((node, mux), frame.reference());
         self.asked.insert(node, (mux, frame.reference()));
+    }
+
+    /// Records the time between requests for one object.
+    fn turn(&mut self, of: (u8, Mux), at: FrameRef) {
+        if self.turns.len() >= TURNS && !self.turns.contains_key(&of) {
+            return;
+        }
+        let (last, shortest) = self.turns.entry(of).or_insert((at, None));
+        if let Some(since) = at.since(*last).filter(|since| *since > Ns::ZERO) {
+            *shortest = Some(shortest.map_or(since, |shortest| shortest.min(since)));
+        }
+        *last = at;
     }
 
     /// Processes a response of a server; several second ones to the same requests are of two servers.
@@ -117,7 +137,9 @@ impl Identities {
             *row = if std::mem::take(doubled) { *row } else { 0 };
         }
         let Some((before, first, then)) = earlier.filter(|_| asked.is_none()) else { return };
-        let soon = at.since(then).is_none_or(|since| (Ns::ZERO..SECOND_NS).contains(&since));
+        let turn = self.turns.get(&(node, mux)).and_then(|(_, shortest)| *shortest);
+        let limit = turn.map_or(SECOND_NS, |turn| SECOND_NS.min(turn - turn / TURN_PART));
+        let soon = at.since(then).is_none_or(|since| (Ns::ZERO..limit).contains(&since));
         if before != mux || !soon {
             return;
         }
