@@ -3,6 +3,7 @@
 
 use super::digits::put;
 use super::problems::title;
+use super::profiles::Profile;
 use super::sentence::{fill, print};
 use super::terms::Row;
 use super::{Lang, escape, terms};
@@ -157,6 +158,13 @@ pub fn looked(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis) {
             "checked: heartbeats, boot-ups, EMCY, SDO, PDO, SYNC, drive states; error frames were not recorded",
         )
     });
+    let drives = diagnosis.nodes().iter().filter(|view| view.profile == Profile::DRIVE && view.drives.is_empty());
+    let mut between = lang
+        .pick("; 未识别到状态字, 未判断驱动器状态: 节点", "; no statusword recognized, drive states not judged: node ");
+    for view in drives {
+        put!(out; between, view.node);
+        between = ", ";
+    }
 }
 
 /// Appends what shows that the buses are well, in one line.
