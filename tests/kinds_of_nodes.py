@@ -134,6 +134,17 @@ def waits_for_start(faulty: bool, reads: int) -> Frames:
     return beats(net, {NODE: 6.5}, states).frames()
 
 
+def not_running(faulty: bool) -> Frames:
+    """A node boots beside others that run, and is not started within 7 s; or it is after one."""
+    net = beats(started(3, 4), {3: 8.5, 4: 8.5}).wait(0.1).boot(NODE)
+    begin = net.now
+    if not faulty:
+        net.wait(1).nmt(START, NODE)
+    started_at, net.now = net.now - begin, begin
+    states = ((0.0, PRE_OPERATIONAL), *(() if faulty else ((started_at, OPERATIONAL),)))
+    return beats(net, {NODE: 8.2}, states).frames()
+
+
 def two_masters(faulty: bool) -> Frames:
     """A node is stopped and started again half a second later: twice, or once."""
     net = beats(started(3, NODE), {3: 9})
@@ -211,6 +222,7 @@ SAMPLES = {
     "bus-silent": of_rule("HBT005", None, "harmless"),
     "not-canopen": of_rule("BUS009", None, "harmless"),
     "capture-gap": of_rule("CAP002", None, "harmless"),
+    "frames-missing": of_rule("CAP009", None, "harmless"),
     "overload": Sample(overload, None, "ended"),
     "node-floods": Sample(flood, NODE, "ended", (0x185, 21)),
     "bit-timing-activated": Sample(bit_timing, None, "harmless", (0x7E5, 2)),
@@ -223,6 +235,7 @@ SAMPLES = {
     "no-boot-up": of_rule("NMT006", NODE, "open"),
     "not-started": Sample(lambda faulty: waits_for_start(faulty, 1), NODE, "open", (0x705, 0)),
     "boot-stuck": Sample(lambda faulty: waits_for_start(faulty, 3), NODE, "open", (0x605, 0)),
+    "not-running": Sample(not_running, NODE, "open", (0x705, 0)),
     "two-masters": Sample(two_masters, (NODE,), "ended", (0x000, 1)),
     "left-operational": of_rule("NMT004", NODE, "open"),
     "start-without-effect": of_rule("NMT002", NODE, "open"),

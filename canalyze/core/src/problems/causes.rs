@@ -142,7 +142,10 @@ fn may_be_sync(code: u16) -> bool {
 fn said_by_the_finding(pair: &Pair<'_>) -> Option<(Grade, Ns)> {
     let frame = pair.effect.clue.because_of?;
     let other = !pair.alone() || pair.cause.kind != pair.effect.kind;
-    (pair.cause.holds(frame) && other).then_some((Grade::Certain, Ns::ZERO))
+    // A silence of the whole bus is no cause of the boot-ups behind it: nodes without supply are silent.
+    let silence = pair.cause.kind.is(KindRole::Explained) && pair.effect.kind.is(KindRole::Restart);
+    let several = pair.effect.subject.nodes.count_ones() > 1;
+    (pair.cause.holds(frame) && other && !(silence && several)).then_some((Grade::Certain, Ns::ZERO))
 }
 
 /// L1: a heartbeat consumer reported the loss of a node.

@@ -139,6 +139,15 @@ impl Ledger {
         self.causes(one).inspect(|_| count += 1).any(|id| id == other) || count == RECENT
     }
 
+    /// Takes back a problem that was none.
+    pub(super) fn withdraw(&mut self, id: ProblemId) {
+        for one in &mut self.all {
+            one.merged |= one.id == id;
+            one.cause = one.cause.filter(|link| link.cause != id);
+            one.possible.retain(|link| link.cause != id);
+        }
+    }
+
     /// Merges a problem into another one.
     pub(super) fn merge(&mut self, place: LedgerPlace, into: LedgerPlace) {
         let Some(one) = self.all.get_mut(place).filter(|_| place != into) else { return };

@@ -221,6 +221,7 @@ impl Diagnosis {
         }
         links::settle(&mut self.ledger);
         links::join(&mut self.ledger);
+        status::of_lost_frames(&mut self.ledger);
         status::of_chains(&mut self.ledger);
         let order = rank::stories(&self.ledger);
         self.ledger.give_numbers(order.into_iter().map(|(id, _)| id));

@@ -19,6 +19,7 @@ use super::trackers::emcy::{Emergencies, LIFE_GUARD};
 use super::trackers::heartbeats;
 use super::trackers::heartbeats::MissingHeartbeats;
 use super::trackers::identity::Identities;
+use super::trackers::idle::IdleNodes;
 use super::trackers::in_vain::InVain;
 use super::trackers::load::LoadProblem;
 use super::trackers::masters::Masters;
@@ -79,6 +80,7 @@ pub(super) struct OfBus {
     drives: Drives,
     configurations: Configurations,
     boots: Boots,
+    idle: IdleNodes,
     masters: Masters,
     load: LoadProblem,
     motions: Motions,
@@ -450,6 +452,7 @@ impl OfBus {
                 self.drives.booted(node, scene!(self, ledger, bus, id, at));
                 self.motions.booted(node, scene!(self, ledger, bus, id, at));
                 self.boots.booted(node, at);
+                self.idle.booted(node, self.was, at);
                 self.heartbeats.booted(node, scene!(self, ledger, bus, id, at));
                 self.identities.booted(node);
                 self.in_vain.booted(node, scene!(self, ledger, bus, id, at));
@@ -467,7 +470,10 @@ impl OfBus {
             }
             Change::Lost { node, .. } => {
                 let all = if node.is_none() { 1..=127 } else { 0..=0 };
-                node.into_iter().chain(all).for_each(|node| self.heard.state(node, None));
+                for node in node.into_iter().chain(all) {
+                    self.heard.state(node, None);
+                    self.idle.lost(node);
+                }
                 false
             }
             Change::State { node, state, .. } => {
@@ -481,6 +487,7 @@ impl OfBus {
                     }
                 }
                 self.heard.note(Last::Heartbeat, node, at);
+                self.idle.reports(node, state, at);
                 let before = self.heard.is_operational(node);
                 match state {
                     OPERATIONAL => self.heard.operational |= bit(node),
@@ -517,6 +524,7 @@ impl OfBus {
                     self.heard.operational &= !meant;
                 }
                 self.heard.note(Last::Asked, node, at);
+                self.idle.commanded(command, meant, at);
                 self.masters.commanded(command, node, scene!(self, ledger, bus, id, at));
                 self.nodes.commanded(command, node, before, scene!(self, ledger, bus, id, at));
                 if node > 0 {
@@ -612,6 +620,7 @@ impl OfBus {
         self.nodes.never_started(scene!(self, ledger, bus, id, end));
         self.drives.finish(scene!(self, ledger, bus, id, end));
         self.load.finish(scene!(self, ledger, bus, id, end));
+        self.idle.finish(scene!(self, ledger, bus, id, end));
         let mine = ledger.all.iter().any(|one| one.bus == id);
         if self.heard.errors.0 >= ERRORS_ONLY && self.heard.errors.0 == self.frames {
             let first = self.heard.errors.1;

@@ -193,11 +193,15 @@ pub struct Cited {
     /// The frame that it concerns. For something missing this is the last one before, since the frame at which it was
     /// noticed depends only on the limit. `check` places it there, too.
     pub about: FrameRef,
+    /// The number of the frame that explains it, if one does.
+    pub(super) because_of: Option<u64>,
 }
 
 impl Cited {
     fn of(finding: &Finding) -> Self {
-        Self { code: finding.code, frame: finding.at, about: finding.about().unwrap_or(finding.at) }
+        let about = finding.about().unwrap_or(finding.at);
+        let because_of = finding.because_of.map(|frame| frame.no);
+        Self { code: finding.code, frame: finding.at, about, because_of }
     }
 }
 

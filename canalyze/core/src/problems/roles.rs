@@ -47,6 +47,8 @@ pub enum KindRole {
     AwaitsStart,
     /// Its node does not follow an NMT command.
     IgnoresCommand,
+    /// The recording loses single frames.
+    LosesFrames,
     /// An NMT command explains it.
     Commanded,
     /// A reset command explains it.

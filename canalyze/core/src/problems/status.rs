@@ -1,7 +1,7 @@
 //! The status of a problem at the end of the capture.
 
 use super::ledger::Ledger;
-use super::problem::{Problem, Status};
+use super::problem::{Cited, Problem, Status};
 use super::rank::is_root;
 use super::roles::KindRole;
 use super::trackers::rules::GOES_ON;
@@ -26,6 +26,20 @@ pub(super) fn of_chains(ledger: &mut Ledger) {
             one.status = Status::Open;
         }
     }
+}
+
+/// Leaves nothing open that single lost frames explain: nothing of it was on the bus.
+pub(super) fn of_lost_frames(ledger: &mut Ledger) {
+    let lost: Vec<Problem> = ledger.told().filter(|one| one.kind.is(KindRole::LosesFrames)).cloned().collect();
+    let explained = |cited: &Cited| {
+        let frame = cited.because_of;
+        frame.is_some_and(|frame| lost.iter().any(|one| one.holds(frame)))
+    };
+    let all = |one: &Problem| {
+        let whole = !one.findings.is_empty() && one.repeats.count <= one.findings.len() as u64;
+        whole && one.cause.is_some() && one.findings.iter().all(explained)
+    };
+    ledger.all.iter_mut().filter(|one| all(one)).for_each(|one| one.status = Status::Harmless);
 }
 
 /// Returns true if a problem has ended and will probably not recur at once.

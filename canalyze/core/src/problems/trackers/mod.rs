@@ -10,6 +10,7 @@ pub(super) mod drive;
 pub(super) mod emcy;
 pub(super) mod heartbeats;
 pub(super) mod identity;
+pub(super) mod idle;
 pub(super) mod in_vain;
 pub(super) mod load;
 pub(super) mod masters;

@@ -121,12 +121,18 @@ impl NodeProblems {
         scene: &mut Scene<'_>,
     ) {
         let at = scene.at;
+        let names = |node: u8| named.iter().filter(|byte| **byte != 0).eq([&node]);
         let age = |node: u8| scene.heard.last(node).and_then(|last| at.since(last)).unwrap_or(Ns::ZERO);
         let is_missed = |node: &u8| {
             let limit = match (watched.iter().find(|(other, _)| other == node), watched.is_empty()) {
                 (Some((_, time)), _) => *time,
                 (None, false) => return false,
-                (None, true) => scene.bus.heartbeat_period(*node).map_or(UNHEARD_NS, |period| period + period / 8),
+                // Without a period nobody knows when its heartbeat was due, unless the emergency names it.
+                (None, true) => match scene.bus.heartbeat_period(*node) {
+                    Some(period) => period + period / 8,
+                    None if names(*node) => UNHEARD_NS,
+                    None => return false,
+                },
             };
             let beats = scene.heard.last_heartbeat(*node).is_some_and(|beat| {
                 self.booted.get(node).is_none_or(|boot| beat.no >= boot.no) || scene.heard.last(*node) == Some(beat)
@@ -142,7 +148,7 @@ impl NodeProblems {
         if missed.iter().any(|node| self.silent.contains_key(node)) {
             return;
         }
-        let named = missed.iter().copied().find(|node| named.iter().filter(|byte| **byte != 0).eq([node]));
+        let named = missed.iter().copied().find(|node| names(*node));
         let alone = if let [node] = missed.as_slice() { Some(*node) } else { None };
         let Some(node) = named.or(alone) else { return };
         let Some(beat) = scene.heard.last_heartbeat(node) else { return };
@@ -168,6 +174,18 @@ impl NodeProblems {
         self.remember(node, scene);
     }
 
+    /// Withdraws silences that a consumer reported before the period of the node was known, and that are no longer than it.
+    fn withdraw(&self, scene: &mut Scene<'_>) {
+        let reported = |one: &Problem| {
+            let node = one.subject.node.filter(|_| one.kind.is(KindRole::AloneSilent) && one.findings.is_empty());
+            let (node, silence) = node.zip(one.ns("silence"))?;
+            let period = scene.bus.heartbeat_period(node)?;
+            (one.bus == scene.id && silence <= period + period / 2).then_some(one.id)
+        };
+        let gone: Vec<_> = scene.ledger.all.iter().filter_map(reported).collect();
+        gone.into_iter().for_each(|id| scene.ledger.withdraw(id));
+    }
+
     /// Completes nodes whose other frames have stopped as well, at the end of the capture.
     pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
         // Other frames have come, but no heartbeat: it has stopped.
@@ -183,6 +201,7 @@ impl NodeProblems {
                 (one.begin, one.repeats.since, one.repeats.count) = (beat, beat, 1);
             }
         }
+        self.withdraw(scene);
         for (node, place) in &self.silent {
             let last = scene.heard.last(*node);
             if let Some(one) = scene.ledger.get_mut(*place) {
