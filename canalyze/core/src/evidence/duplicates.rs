@@ -481,7 +481,7 @@ impl Copies {
 }
 
 /// Returns a hash of a frame's identifier, kind and payload (FNV-1a).
-fn key(frame: &Frame) -> u64 {
+pub(super) fn key(frame: &Frame) -> u64 {
     let mix = |hash: u64, byte: u64| (hash ^ byte).wrapping_mul(0x0100_0000_01B3);
     let kind = match frame.kind {
         Kind::Data => 0,

@@ -5,6 +5,10 @@
 //! the same time, so that the clock was set forward. No fault of one node does that. A sender that does not come back
 //! or restarts has fallen silent itself; frames late by different times were delayed by the recorder
 //! ([`Stalls`](super::stalls::Stalls)).
+//!
+//! A counter of SYNC shows it, too: where it goes on by as many SYNCs as were due in a silence in which more than the
+//! SYNCs is missing, they were sent, and the recording lacks them with all others. Frames that answer SYNC are missing
+//! with it; so the silence has to be longer than is usual between those that do not.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +16,7 @@ use crate::bytes::frame::{Frame, Kind};
 use crate::bytes::ns::Ns;
 
 use super::duplicates::PATIENCE_NS;
-use super::senders::{Even, identifier};
+use super::senders::{CountedSync, Even, SYNC, identifier};
 use super::stalls::{Stalls, Verdict};
 
 /// Minimum deviation of an even sender from its due time, in ns, and the part of its period up to which it may deviate
@@ -75,6 +79,10 @@ struct HoleDoubt {
     from_ns: Ns,
     to_ns: Ns,
     senders: Vec<Sender>,
+    /// SYNC with a counter until its first one after the silence, if frames of others were due, too; and true if that
+    /// one has counted those in between.
+    counted: Option<CountedSync>,
+    counts: bool,
     /// Frames are missing, or the clock was set forward by a time within `by_ns`, in ns.
     missing: Guess,
     later: Guess,
@@ -160,7 +168,7 @@ impl HoleDoubt {
             let longest_ns = self.to_ns - self.from_ns + 3 * sender.even.gap_ns;
             !sender.over && now <= self.to_ns + longest_ns
         };
-        let refuted = self.missing.refuted && self.later.refuted;
+        let refuted = self.missing.refuted && self.later.refuted && self.counted.is_none();
         refuted || frame.no > self.first + KEPT || !self.senders.iter().any(waits)
     }
 }
@@ -171,6 +179,8 @@ pub(super) struct Holes {
     doubt: Option<HoleDoubt>,
     /// The numbers of the first frames after the last ones.
     found: Vec<u64>,
+    /// The beginning and the end of the last one, in ns.
+    last_ns: Option<(Ns, Ns)>,
     /// Time since which the recording is known to be continuous, in ns; a frame before it does not show when the next
     /// one is due.
     since_ns: Ns,
@@ -182,6 +192,11 @@ impl Holes {
     /// Returns true if a frame is the first one after a hole.
     pub(super) fn is_behind(&self, number: u64) -> bool {
         !self.found.is_empty() && self.found.contains(&number)
+    }
+
+    /// Returns true if a frame that was due at this time is missing in the last hole, with all others.
+    pub(super) fn lack(&self, due_ns: Ns) -> bool {
+        self.last_ns.is_some_and(|(from_ns, to_ns)| (from_ns..=to_ns).contains(&due_ns))
     }
 
     /// Returns the number of the first frame that may be after a hole not decided yet.
@@ -209,12 +224,12 @@ impl Holes {
     }
 
     /// Examines a frame that ended a silence (its beginning and end in ns, and true if it is longer than recent ones).
-    /// `even`: the senders with even gaps. `resolution_ns`: the resolution of the stamps.
+    /// `stalls`: what is known of the senders before it. `resolution_ns`: the resolution of the stamps.
     pub(super) fn begin(
         &mut self,
         frame: &Frame,
         (from_ns, to_ns, unusual): (Ns, Ns, bool),
-        even: impl Iterator<Item = Even>,
+        stalls: &Stalls,
         resolution_ns: Ns,
     ) {
         let given = self.given_ns.is_some_and(|given_ns| given_ns > from_ns);
@@ -230,16 +245,20 @@ impl Holes {
             let shows = known && room_ns <= even.gap_ns / SHOWS_PART && due_ns > from_ns;
             shows.then_some(Sender { even, room_ns, missed: due_ns < to_ns, back_ns: None, firm: false, over: false })
         };
-        let senders: Vec<Sender> = even.filter_map(expected).collect();
+        let senders: Vec<Sender> = stalls.even().filter_map(expected).collect();
         let independent = |of: &dyn Fn(&Sender) -> bool| {
             let nodes: BTreeSet<u8> = senders.iter().filter(|one| of(one)).map(|one| one.even.node).collect();
             nodes.len()
         };
         let missed = independent(&|sender| sender.missed);
-        if missed > 0 && independent(&|_| true) >= SENDERS {
+        let others = senders.iter().any(|sender| sender.missed && sender.even.id != SYNC);
+        let counted = stalls.counted_sync(from_ns, to_ns).filter(|_| others);
+        if counted.is_some() || missed > 0 && independent(&|_| true) >= SENDERS {
             let (missing, later) = (Guess { refuted: missed < SENDERS, ..Guess::default() }, Guess::default());
             let by_ns = (Ns(1), to_ns - from_ns);
-            self.doubt = Some(HoleDoubt { first: frame.no, from_ns, to_ns, senders, missing, later, by_ns });
+            let first = frame.no;
+            self.doubt =
+                Some(HoleDoubt { first, from_ns, to_ns, senders, counted, counts: false, missing, later, by_ns });
         }
     }
 
@@ -250,16 +269,23 @@ impl Holes {
         if let Some(place) = doubt.senders.iter().position(|one| Some(one.even.id) == id) {
             doubt.heard(place, now, stalls.runs_since(doubt.from_ns));
         }
+        if id == Some(SYNC) {
+            doubt.counts |= doubt.counted.take().is_some_and(|counted| counted.goes_on(frame, now));
+        }
         doubt.overdue(now);
-        let (sure, burst) = (doubt.missing.is_sure() || doubt.later.is_sure(), stalls.verdict_behind(doubt.from_ns));
-        if burst == Some(Verdict::Confirmed) || restarts(frame) || doubt.is_over(frame, now) && !sure {
+        let sure = doubt.missing.is_sure() || doubt.later.is_sure();
+        let burst = stalls.verdict_behind(doubt.from_ns);
+        // The recorder that only stood still lists the SYNCs that were due.
+        let listed = burst == Some(Verdict::Confirmed) && doubt.counted.is_none();
+        if !doubt.counts && (listed || restarts(frame) || doubt.is_over(frame, now) && !sure) {
             self.doubt = None;
-        } else if sure && burst != Some(Verdict::Open) {
+        } else if doubt.counts || sure && !matches!(burst, Some(Verdict::Open | Verdict::Confirmed)) {
             if self.found.len() == HOLES {
                 self.found.remove(0);
             }
             self.found.push(doubt.first);
             self.since_ns = doubt.to_ns;
+            self.last_ns = Some((doubt.from_ns, doubt.to_ns));
             self.doubt = None;
         }
     }

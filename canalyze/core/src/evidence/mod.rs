@@ -10,6 +10,7 @@ use crate::bytes::ns::Ns;
 pub mod circumstance;
 mod clocks;
 pub mod duplicates;
+mod echoes;
 mod holes;
 mod losses;
 pub mod obligation;

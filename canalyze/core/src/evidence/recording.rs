@@ -15,10 +15,12 @@ use crate::bytes::ns::Ns;
 use crate::rules::finding::Finding;
 
 use super::duplicates::{Duplicates, Sighting};
+use super::echoes::Echoes;
 use super::holes::Holes;
 use super::losses::Losses;
 use super::resolution::Resolution;
-use super::stalls::{DRAIN_NS, SHORTEST_STALL_NS, Stalls, UNUSUAL_TENTHS, wire_ns};
+use super::senders::{Missed, UNUSUAL_TENTHS};
+use super::stalls::{DRAIN_NS, SHORTEST_STALL_NS, Stalls, wire_ns};
 use super::when::When;
 
 pub use super::stalls::{FRAME_NS, Verdict};
@@ -138,6 +140,7 @@ pub struct Recording {
     stalls: Stalls,
     echo: Echo,
     duplicates: Duplicates,
+    echoes: Echoes,
     holes: Holes,
     single: Losses,
     /// The option `--jitter`, in ns.
@@ -198,7 +201,8 @@ impl Recording {
             && self.resolution.stays_of_use()
             && self.duplicates.are_settled()
             && self.stalls.are_over()
-            && self.holes.undecided_since().is_none();
+            && self.holes.undecided_since().is_none()
+            && !self.echoes.concern(frame, now);
         ordinary.then_some((now, gap))
     }
 
@@ -209,7 +213,9 @@ impl Recording {
         let (resolution_ns, wire_ns) = (self.resolution.ns(), wire_ns(frame));
         self.resolution.follow(frame, (now, Some(gap), wire_ns), Sighting::Original);
         let missed = self.stalls.follow_ordinary(frame, (now, gap), (gap < wire_ns, resolution_ns < wire_ns));
-        self.single.follow(frame, missed.filter(|_| resolution_ns < LATE_NS));
+        let alone = |missed: &Box<Missed>| resolution_ns < LATE_NS && !self.holes.lack(missed.at_ns);
+        self.single.follow(frame, missed.filter(alone));
+        self.echoes.pass(frame, now);
         (self.last_ns, self.clock.latest_ns) = (Some(now), Some(now));
         if gap > DRAIN_NS {
             self.silence_ns = gap;
@@ -245,6 +251,15 @@ impl Recording {
         // Stamps coarser than the distance of duplicates only show the order.
         let compared_ns = frame.t_ns.filter(|_| resolution_ns <= super::duplicates::APART_NS);
         happened.sighting = self.duplicates.step(frame, compared_ns, close, resolution_ns);
+        let echo = frame.t_ns.map(|now| self.echoes.step(frame, now, resolution_ns));
+        if let Some(echo) = echo.filter(|echo| *echo != Sighting::Original && happened.sighting != Sighting::Duplicate)
+        {
+            // It was on the bus once, and shows nothing about the recording.
+            if echo == Sighting::Duplicate {
+                happened.sighting = echo;
+            }
+            return self.place(frame, happened);
+        }
         let mut silent_ns = Ns::ZERO;
         if let Some(now) = frame.t_ns {
             self.resolution.follow(frame, (now, gap, wire_ns), happened.sighting);
@@ -257,7 +272,7 @@ impl Recording {
                 happened.silence = Some(Box::new(self.measure(last, now)));
                 if !self.duplicates.are_proven() && self.duplicates.is_decided() {
                     let unusual = self.stalls.is_unusual(silent_ns);
-                    self.holes.begin(frame, (last, now, unusual), self.stalls.even(), resolution_ns);
+                    self.holes.begin(frame, (last, now, unusual), &self.stalls, resolution_ns);
                 }
             }
             let original = happened.sighting == Sighting::Original;
@@ -265,18 +280,23 @@ impl Recording {
             let missed = self.stalls.follow(frame, (self.last_ns, now, silent_ns), happened.sighting, too_close);
             // A recording that shows frames twice does not lose them.
             let missed = missed.filter(|_| original && resolution_ns < LATE_NS);
-            self.single.follow(frame, missed);
+            self.stalls.decide_shown(&self.duplicates);
+            self.holes.follow(frame, now, &self.stalls);
+            self.single.follow(frame, missed.filter(|missed| !self.holes.lack(missed.at_ns)));
             self.last_ns = Some(now);
             self.clock.first_ns = self.clock.first_ns.or(Some(now));
             self.clock.latest_ns = Some(self.clock.latest_ns.map_or(now, |latest| latest.max(now)));
-        }
-        self.stalls.decide_shown(&self.duplicates);
-        if let Some(now) = frame.t_ns {
-            self.holes.follow(frame, now, &self.stalls);
+        } else {
+            self.stalls.decide_shown(&self.duplicates);
         }
         if silent_ns > DRAIN_NS {
             self.silence_ns = silent_ns;
         }
+        self.place(frame, happened)
+    }
+
+    /// Returns the place of a frame, with the events there.
+    fn place(&self, frame: &Frame, happened: Happened) -> RecordedFrame {
         let (at, epoch, burst) = (frame.reference(), self.clock.steps, self.stalls.running());
         let when = When { at, epoch, burst, own: false, silent_ns: self.silence_ns };
         RecordedFrame { when, happened: (happened != Happened::default()).then(|| Box::new(happened)) }
@@ -328,6 +348,9 @@ impl Recording {
     /// only.
     pub fn sighting(&self, at: FrameRef, observed: Sighting) -> Sighting {
         let near_burst = |at_ns| self.stalls.is_near_confirmed(at_ns, super::duplicates::APART_NS);
+        if self.echoes.has_found(at.no) {
+            return Sighting::Duplicate;
+        }
         match self.duplicates.decided(at.no, observed) {
             Sighting::Suspect if at.t_ns.is_some_and(near_burst) => Sighting::Original,
             decided => decided,
@@ -342,18 +365,21 @@ impl Recording {
             && stalls.undecided_since().is_none()
             && self.holes.undecided_since().is_none()
             && self.single.undecided_since().is_none()
+            && self.echoes.undecided_since().is_none()
     }
 
     /// Returns the number of the first frame about which something is open.
     pub fn undecided_since(&self) -> Option<u64> {
         let (stalls, duplicates) = (self.stalls.undecided_since(), self.duplicates.undecided_since());
         let (holes, losses) = (self.holes.undecided_since(), self.single.undecided_since());
-        [stalls, duplicates, holes, losses].into_iter().flatten().min()
+        let echoes = self.echoes.undecided_since();
+        [stalls, duplicates, holes, losses, echoes].into_iter().flatten().min()
     }
 
     /// Decides everything that is open by the evidence so far, since no further frames follow.
     pub fn settle(&mut self) {
         self.duplicates.settle();
+        self.echoes.settle();
         self.stalls.settle(&self.duplicates);
         self.holes.settle();
         self.single.settle();
@@ -398,6 +424,7 @@ impl Recording {
     /// Advances to `now_ns` without a frame and decides a burst that has ended by then.
     pub fn advance(&mut self, now_ns: Ns) {
         self.duplicates.advance(now_ns);
+        self.echoes.advance(now_ns);
         self.stalls.advance(self.last_ns, now_ns, &self.duplicates);
         self.holes.advance(now_ns);
         self.single.advance(now_ns);

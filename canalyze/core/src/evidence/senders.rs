@@ -7,8 +7,8 @@ use crate::bytes::frame::{Frame, Kind};
 use crate::bytes::ns::Ns;
 
 /// Number of CAN-IDs with a usual gap: all 11-bit ones, and their remote frames behind them.
-const IDENTIFIERS: usize = 0x1000;
-const REMOTE: usize = 0x800;
+pub(super) const IDENTIFIERS: usize = 0x1000;
+pub(super) const REMOTE: usize = 0x800;
 /// CAN-IDs that show nothing about a pause: commands, emergencies, SDO and LSS have occasions, and the two frames of an
 /// SRDO come from one node.
 const APERIODIC: [(usize, usize); 5] = [(0x000, 0x07F), (0x081, 0x0FF), (0x101, 0x180), (0x580, 0x67F), (0x7E4, 0x7E5)];
@@ -43,8 +43,11 @@ const ON_TIME_NS: Ns = Ns::from_ms(1);
 /// Minimum ratio of the gaps of an even CAN-ID to those in a burst.
 const SQUEEZED: i64 = 3;
 
+/// Minimum ratio of an unusual silence to the longest recent one, in tenths.
+pub(super) const UNUSUAL_TENTHS: i64 = 13;
+
 /// CAN-ID of SYNC.
-const SYNC: usize = 0x080;
+pub(super) const SYNC: usize = 0x080;
 /// CAN-IDs of PDOs, which may answer SYNC.
 const PDO: std::ops::RangeInclusive<usize> = 0x181..=0x57F;
 /// Number of frames in a row with a similar delay after SYNC that show that a CAN-ID answers it.
@@ -57,6 +60,8 @@ const ANSWER_NS: Ns = Ns::from_us(500);
 /// period by which the phase may deviate.
 const MISSED: i64 = 5;
 const IN_PHASE_PART: i64 = 16;
+/// The part of a time by which a usual gap may be wrong across it.
+const DRIFT_PART: i64 = 1024;
 
 /// A CAN-ID comes in pairs if more than one frame in this many repeats at once.
 const PAIRS: usize = 4;
@@ -119,8 +124,42 @@ struct SyncSeen {
     half_ns: Ns,
     /// Maximum difference of the delays of an answer, in ns.
     most_ns: Ns,
-    /// Its counter, if it has one.
+    /// Its counter, if it has one, and the value after which the counter began anew.
     counter: Option<u8>,
+    overflow: Option<u8>,
+}
+
+impl SyncSeen {
+    /// Returns true if a counter went on by a number of SYNCs since then; `None` if one of the two has none, or if the
+    /// next SYNC would have the same value.
+    fn counts(&self, now: Option<u8>, syncs: i64) -> Option<bool> {
+        let (before, now) = (i64::from(self.counter?), i64::from(now?));
+        let overflow = self.overflow.map(i64::from).filter(|overflow| before.max(now) <= *overflow);
+        let fits = |syncs: i64| match overflow {
+            Some(overflow) => (before - 1 + syncs).rem_euclid(overflow.max(1)) + 1 == now,
+            None => now - before == syncs,
+        };
+        let next = fits(1);
+        (!next || overflow.is_none()).then(|| fits(syncs))
+    }
+}
+
+/// SYNC with a counter, before a silence in which it was due.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CountedSync {
+    seen: SyncSeen,
+    gap_ns: Ns,
+}
+
+impl CountedSync {
+    /// Returns true if the first SYNC since then comes at its time and has counted those in between.
+    pub(super) fn goes_on(&self, frame: &Frame, now: Ns) -> bool {
+        let after_ns = now - self.seen.last_ns;
+        let periods = (after_ns + self.gap_ns / 2) / self.gap_ns.max(Ns(1));
+        let off_ns = (after_ns - periods * self.gap_ns).abs();
+        let counted = || self.seen.counts(counter_of(frame), periods) == Some(true);
+        periods > 1 && off_ns <= self.gap_ns / IN_PHASE_PART + after_ns / DRIFT_PART && counted()
+    }
 }
 
 /// A repetition of a little-known CAN-ID in a burst; the gaps after the burst show if it was one.
@@ -366,6 +405,25 @@ pub(super) struct Senders {
     /// CAN-IDs seen so far.
     active: Vec<usize>,
     sync: SyncSeen,
+    alone: Alone,
+}
+
+/// The frames that neither are SYNC nor answer it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Alone {
+    /// Time of the last one, and the longest recent gap between two, in ns.
+    last_ns: Ns,
+    gap_ns: Ns,
+}
+
+impl Alone {
+    #[inline]
+    fn take(&mut self, now: Ns) {
+        if self.last_ns != Ns::ZERO {
+            self.gap_ns = (self.gap_ns - self.gap_ns / 256).max(now - self.last_ns);
+        }
+        self.last_ns = now;
+    }
 }
 
 impl Senders {
@@ -401,9 +459,17 @@ impl Senders {
         let missed = if is_sent_by_time(id) && frame.payload() != [0] { self.missed(id, frame, now) } else { None };
         let usual = self.usual.get_mut(id)?;
         let answers = PDO.contains(&id) && usual.answer.take(self.sync, now);
+        if id != SYNC && !answers {
+            self.alone.take(now);
+        }
         if id == SYNC {
             let (half_ns, most_ns) = (usual.gap_ns / 2, (usual.gap_ns / ANSWER_PART).min(ANSWER_NS));
-            self.sync = SyncSeen { last_ns: now, half_ns, most_ns, counter: frame.payload().first().copied() };
+            let counter = counter_of(frame);
+            let even = now - usual.last_ns < usual.gap_ns + usual.gap_ns / 4;
+            let anew = counter == Some(1) && even && self.sync.counter > Some(1);
+            let overflow =
+                if anew { self.sync.counter } else { self.sync.overflow.filter(|most| counter <= Some(*most)) };
+            self.sync = SyncSeen { last_ns: now, half_ns, most_ns, counter, overflow };
         }
         if usual.last_ns == Ns::ZERO {
             self.active.push(id);
@@ -419,7 +485,7 @@ impl Senders {
         if usual.gaps < KNOWN || gap / 3 < usual.gap_ns / 2 || gap / MISSED > usual.gap_ns {
             return None;
         }
-        self.missed_by((id, usual), frame.payload().first().copied(), gap)
+        self.missed_by((id, usual), counter_of(frame), gap)
     }
 
     #[cold]
@@ -442,7 +508,7 @@ impl Senders {
             usual.answer.even >= ANSWERS && early_ns <= (period_ns / ANSWER_PART).min(ANSWER_NS)
         };
         let followers = || self.active.iter().filter(|id| PDO.contains(id)).filter_map(|id| self.usual.get(*id));
-        let counted = self.sync.counter.zip(counter).map(|(before, now)| i64::from(now) - i64::from(before) == periods);
+        let counted = self.sync.counts(counter, periods);
         let answered = id == SYNC && counted.unwrap_or_else(|| followers().any(answers));
         // A producer that skips a SYNC does not count it, and is not answered.
         let skipped = counted.is_some() || followers().any(|usual| usual.answer.even >= ANSWERS);
@@ -464,6 +530,20 @@ impl Senders {
             let most_off_ns = usual.most_off_ns(gap_ns);
             Some(Even { id: *id, node, last_ns: usual.last_ns, gap_ns, off_ns, most_off_ns })
         })
+    }
+
+    /// Returns SYNC if it has a counter and was due in a silence, which is longer than recent ones of those that do not
+    /// depend on SYNC: where SYNC alone does not come, others do.
+    pub(super) fn counted_sync(&self, from: Ns, to: Ns) -> Option<CountedSync> {
+        self.sync.counter?;
+        let usual_ns = self.alone.gap_ns.max(from - self.alone.last_ns);
+        if self.alone.last_ns == Ns::ZERO || (to - from) / UNUSUAL_TENTHS <= usual_ns / 10 {
+            return None;
+        }
+        let (gap_ns, off_ns) = self.usual.get(SYNC)?.even()?;
+        let due = self.sync.last_ns + gap_ns;
+        let missed = due > from && due + (off_ns * 4).max(ON_TIME_NS) < to;
+        missed.then_some(CountedSync { seen: self.sync, gap_ns })
     }
 
     /// Returns the number of even CAN-IDs, those that answer SYNC apart, that became overdue during a silence, with a
@@ -515,6 +595,14 @@ impl Senders {
             nodes |= 1 << (id % 0x80);
         }
         nodes
+    }
+}
+
+/// Returns the counter of a SYNC.
+fn counter_of(frame: &Frame) -> Option<u8> {
+    match frame.payload() {
+        [counter] => Some(*counter),
+        _ => None,
     }
 }
 

@@ -15,14 +15,12 @@ use crate::bytes::frame::{Frame, Kind};
 use crate::bytes::ns::Ns;
 
 use super::duplicates::{Duplicates, PATIENCE_NS, Sighting};
-use super::senders::{Even, Late, Missed, Run, SenderEvidence, Senders};
+use super::senders::{CountedSync, Even, Late, Missed, Run, SenderEvidence, Senders, UNUSUAL_TENTHS};
 
 /// Minimum length of a stall, in ns; shorter silences change no verdict.
 pub(super) const SHORTEST_STALL_NS: Ns = Ns::from_ms(10);
 /// Maximum gap between frames from a buffer, in ns.
 pub(super) const DRAIN_NS: Ns = Ns::from_us(1_500);
-/// Minimum ratio of an unusual silence to the longest recent one, in tenths.
-pub(super) const UNUSUAL_TENTHS: i64 = 13;
 /// Duration of a bit on the fastest bus, in ns; no frame follows another in less time than it takes to send.
 const BIT_NS: Ns = Ns::from_us(1);
 /// Length of a frame without data in bits, without stuff bits.
@@ -405,6 +403,11 @@ impl Stalls {
     /// Iterates over the CAN-IDs that are sent on their own with even gaps.
     pub(super) fn even(&self) -> impl Iterator<Item = Even> {
         self.senders.even()
+    }
+
+    /// Returns SYNC if it has a counter and was due in a silence that is longer than recent ones without it.
+    pub(super) fn counted_sync(&self, from: Ns, to: Ns) -> Option<CountedSync> {
+        self.senders.counted_sync(from, to)
     }
 
     /// Returns the nodes, one bit each, with a frame due in a silence, `tenths` of its usual gap after the previous

@@ -218,6 +218,70 @@ fn a_client_that_repeats_its_requests_is_no_second_adapter() {
     }
 }
 
+/// Returns the numbers of the frames that are found to be duplicates, from frames by time, CAN-ID and payload.
+fn duplicates(frames: &[(i64, u16, u8)]) -> Vec<u64> {
+    let mut recording = Recording::default();
+    let mut observed = Vec::new();
+    for (number, (at, id, byte)) in (1..).zip(frames) {
+        let frame = frame(number, *id, &[*byte], *at);
+        observed.push((frame.reference(), recording.observe(&frame).happened.unwrap_or_default().sighting));
+    }
+    recording.settle();
+    let found = observed.iter().filter(|(at, seen)| recording.sighting(*at, *seen) == Sighting::Duplicate);
+    found.map(|(at, _)| at.no).collect()
+}
+
+#[test]
+fn the_frames_of_the_host_are_listed_twice_and_those_of_others_once() {
+    for apart in [10, 60, 200, 440] {
+        for own in [&[0x80, 0x701, 0x601][..], &[0x80], &[0x601, 0x602, 0x702]] {
+            let mut frames: Vec<(i64, u16, u8)> = Vec::new();
+            for cycle in 0..400 {
+                let at = cycle * 10_000 + 137;
+                let asked = if cycle % 2 == 0 { 0x601 } else { 0x602 };
+                let beat = 0x701 + (cycle % 7) as u16;
+                let sent = [
+                    (at, 0x80),
+                    (at + 600, 0x181),
+                    (at + 3_000, asked),
+                    (at + 3_700, asked - 0x80),
+                    (at + 6_000, beat),
+                ];
+                for (at, id) in sent {
+                    frames.push((at, id, cycle as u8));
+                    if own.contains(&id) {
+                        frames.push((at + apart + cycle % 5, id, cycle as u8));
+                    }
+                }
+            }
+            frames.sort_unstable();
+            let second = frames.iter().enumerate().filter(|(place, one)| {
+                frames.iter().take(*place).rev().take(8).any(|other| (other.1, other.2) == (one.1, one.2))
+            });
+            let expected: Vec<u64> = second.map(|(place, _)| place as u64 + 1).collect();
+            assert!(expected.len() > 100);
+            assert_eq!(duplicates(&frames), expected, "{apart} {own:X?}");
+        }
+    }
+}
+
+#[test]
+fn what_two_senders_do_is_no_echo() {
+    // Heartbeats of two nodes with one node-ID, and requests that are repeated and answered twice.
+    for apart in [20, 90, 400] {
+        let mut frames: Vec<(i64, u16, u8)> = Vec::new();
+        for cycle in 0..400 {
+            let at = cycle * 10_000 + 137;
+            frames.extend([(at, 0x181, cycle as u8), (at + 5_000, 0x705, 5), (at + 5_060 + cycle / 4, 0x705, 5)]);
+            for again in [0, apart] {
+                frames.extend([(at + 1_000 + again, 0x601, cycle as u8), (at + 1_450 + again, 0x581, cycle as u8)]);
+            }
+        }
+        frames.sort_unstable();
+        assert_eq!(duplicates(&frames), Vec::<u64>::new(), "{apart}");
+    }
+}
+
 #[test]
 fn equal_frames_of_one_sender_are_no_duplicates() {
     let mut recording = Recording::default();
@@ -330,6 +394,43 @@ fn lost_frames_and_a_clock_that_was_put_on_are_a_hole() {
                 let later = |(at, id): (i64, u16)| (if at < from { at } else { at + lasts }, id);
                 let later: Vec<_> = beating(nodes, 3_000).into_iter().map(later).collect();
                 assert_eq!(holes(&later), [behind], "{nodes}, put on {lasts} {from}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_counter_that_goes_on_by_the_time_shows_a_hole() {
+    let cycles = |from: i64, to: i64, counter: &dyn Fn(i64) -> i64| -> Vec<Frame> {
+        let sent = (from..to).flat_map(|cycle| {
+            [
+                (cycle * 20_000, 0x80, counter(cycle)),
+                (cycle * 20_000 + 600, 0x181, 7),
+                (cycle * 20_000 + 9_000, 0x701, 5),
+            ]
+        });
+        let frames = (1..).zip(sent).map(|(no, (at, id, byte))| frame(no, id, &[byte as u8], at + at / 7 % 40));
+        frames.collect()
+    };
+    let found = |frames: Vec<Frame>| {
+        let mut recording = Recording::default();
+        for (no, frame) in (1..).zip(&frames) {
+            recording.observe(&Frame { no, ..*frame });
+        }
+        recording.settle();
+        (1..=frames.len() as u64).filter(|no| recording.is_behind_hole(*no)).count()
+    };
+    for overflow in [4, 10, 240] {
+        for missing in [1, 2, 5, 8, 30] {
+            let by_time = |cycle: i64| cycle % overflow + 1;
+            let before = cycles(0, 100, &by_time);
+            let behind = |wrong: i64| cycles(100 + missing, 200, &|cycle| by_time(cycle + wrong));
+            let lacks = |wrong: i64| found([before.clone(), behind(wrong)].concat());
+            // The value would be the same if none were missing; a silence of two periods is usual without SYNC.
+            let shows = missing % overflow != 0 && missing > 1;
+            assert_eq!(lacks(0), usize::from(shows), "{overflow} {missing}");
+            for wrong in [1, 2] {
+                assert_eq!(lacks(wrong), 0, "{overflow} {missing} {wrong}");
             }
         }
     }
