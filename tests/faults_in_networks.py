@@ -9,7 +9,20 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 
 from captures import CanFrame
-from network import Fault, Frames, add, change, drop, drop_exchange, duplicate, find, from_there_on, payload, shift
+from network import (
+    Fault,
+    Frames,
+    add,
+    change,
+    drop,
+    drop_answers,
+    drop_exchange,
+    duplicate,
+    find,
+    from_there_on,
+    payload,
+    shift,
+)
 from network_sessions import SESSIONS
 
 SYNC, NODE_HEARTBEAT, MASTER, SLAVE = 0x080, 0x705, 0x7E5, 0x7E4
@@ -83,7 +96,7 @@ NMT = [
 # after the boot-up (0) come request, answer, request, answer
 GUARDING = [
     Case("toggle not toggled", "GRD001", "guarded", change(NODE_HEARTBEAT, 8, 0, 0x7F)),
-    Case("an answer missing", "GRD002", "guarded", drop(NODE_HEARTBEAT, 6), beside="GRD001"),
+    Case("two answers missing", "GRD002", "guarded", drop_answers(NODE_HEARTBEAT, 6), beside="GRD001"),
     Case(
         "heartbeats of a guarded node",
         "GRD003",

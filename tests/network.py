@@ -269,6 +269,16 @@ def drop(can_id: int, number: int, count: int = 1) -> Fault:
     return fault
 
 
+def drop_answers(can_id: int, number: int) -> Fault:
+    """The answers to two guarding requests in a row missing, from the n-th frame on this CAN-ID on."""
+
+    def fault(frames: Frames) -> Changed:
+        once, _ = drop(can_id, number)(frames)
+        return drop(can_id, number + 1)(once)
+
+    return fault
+
+
 def drop_exchange(node: int, number: int) -> Fault:
     """The n-th request of the client on the default channel and the answer to it missing."""
 

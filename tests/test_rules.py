@@ -73,7 +73,7 @@ def own_code(name: str) -> str:
     return name.split("-")[0]
 
 
-CHANGES = {"CAP009": 2}
+CHANGES = {"CAP009": 2, "GRD002": 2}
 """What one change does not show: a single missing frame is no sign that the recording loses frames."""
 
 

@@ -4,6 +4,10 @@
 //! An answer with toggle bit 0 looks like a heartbeat. It is an answer if it followed a request, or if the node has
 //! answered with the bit set before. A request may be captured just after its answer. The toggle bit is not judged in a
 //! node's first answer and in the one after an unanswered request.
+//!
+//! The bit also tells what the recording lacks: where it alternates twice across a request without answer, one was sent;
+//! where it does not across two periods of the guarding, a request and its answer are missing between them. The report
+//! of a request without answer waits for the next answer.
 
 use super::heartbeat::Heartbeats;
 use super::nmt::Nmt;
@@ -12,7 +16,7 @@ use crate::bytes::ns::Ns;
 use crate::evidence::circumstance::CircumstanceKind;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
-use crate::evidence::{Obligations, When};
+use crate::evidence::{Obligations, Period, When};
 use crate::rules::finding::Finding;
 use crate::rules::guarding::{Grd001, Grd002, Grd003, Grd004, Grd005};
 use crate::rules::heartbeat::Hbt003;
@@ -34,6 +38,18 @@ const SAME: u8 = 3;
 const SECOND_NS: Ns = Ns::from_ms(20);
 /// Number of frames without request that shows a guarded node to send heartbeats as well.
 const UNASKED: u8 = 3;
+
+/// Part of the period of answers by which one may deviate from its time.
+const ON_TIME_PART: i64 = 4;
+
+/// A request without answer that is reported unless the next answer shows that one was sent.
+#[derive(Debug)]
+struct Unanswered {
+    finding: Finding,
+    /// The place at which it was missed, and the toggle bit of the answer before it.
+    at: When,
+    toggle: bool,
+}
 
 /// The only frame with toggle bit 1 so far.
 #[derive(Clone, Copy, Debug)]
@@ -58,8 +74,10 @@ struct Guarded {
     doubtful: bool,
     /// The toggle bit of the last answer if it determines the next one.
     toggle: Option<bool>,
-    /// The last answer.
+    /// The last answer, and the usual time between answers.
     answer: Option<FrameRef>,
+    period: Period,
+    unanswered: Option<Unanswered>,
     /// It has answered with toggle bit 1, so its frames are no heartbeats.
     toggles: bool,
     /// A frame still without request, its toggle bit, and true if it was counted as an answer.
@@ -219,6 +237,7 @@ impl Guarding {
         guarded.toggles |= toggle;
         if guarded.is_asked(cx) && answer {
             guarded.request = None;
+            guarded.settle(node, Some(toggle), cx);
             if std::mem::take(&mut guarded.silent) {
                 cx.evidence.circumstances.over(CircumstanceKind::NodeLost, node);
             }
@@ -251,6 +270,8 @@ impl Guarding {
                 if let Some(request) = request {
                     guarded.unanswered(id, request.at, nmt, cx);
                 }
+                guarded.settle(id, None, cx);
+                guarded.period.doubt();
                 // A single frame with toggle bit 1 stays undecided until later frames decide.
                 (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
                 (guarded.silent, guarded.unasked, guarded.second) = (false, 0, 0);
@@ -259,9 +280,10 @@ impl Guarding {
     }
 
     /// Forgets requests and answers after lost frames.
-    pub fn forget(&mut self) {
+    pub fn forget(&mut self, cx: &mut Context<'_>) {
         self.life.void(|_| true);
-        for (_, guarded) in self.nodes.iter_mut() {
+        for (node, guarded) in self.nodes.iter_mut() {
+            guarded.settle(node, None, cx);
             (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
             // It may send heartbeats instead by now.
             (guarded.toggles, guarded.requests, guarded.first, guarded.unasked) = (false, 0, None, 0);
@@ -301,7 +323,8 @@ impl Guarding {
 
     /// Reports nodes that were asked and never seen, at the end of the capture.
     pub fn finish(&mut self, nmt: &Nmt, cx: &mut Context<'_>) {
-        for (node, guarded) in self.nodes.iter() {
+        for (node, guarded) in self.nodes.iter_mut() {
+            guarded.settle(node, None, cx);
             if guarded.requests > 1 && !nmt.is_present(node) {
                 cx.raise(Grd004::Absent { requests: guarded.requests }, Some(node), None, guarded.first);
             }
@@ -329,7 +352,14 @@ impl Guarded {
     }
 
     fn answer_at(&mut self, node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
-        self.answer = Some(at);
+        let gap = self.answer.replace(at).and_then(|before| at.since(before));
+        let lacks_answers = gap.is_some_and(|gap| self.lacks_odd_number(gap));
+        if let Some(gap) = gap {
+            let _ = self.period.take(gap, cx.evidence.recording.resolution_ns(), at);
+        }
+        if self.toggle == Some(toggle) && lacks_answers {
+            return;
+        }
         if self.toggle == Some(toggle) {
             // The node may continue either way: the next toggle bit is not judged.
             self.toggle = None;
@@ -338,18 +368,42 @@ impl Guarded {
         self.toggle = Some(toggle);
     }
 
+    /// Returns true if an odd number of answers is missing in the time between two, and the last one is in time.
+    fn lacks_odd_number(&self, gap: Ns) -> bool {
+        let Some(period) = self.period.learnt_ns().filter(|period| *period > Ns::ZERO) else { return false };
+        let periods = (gap + period / 2) / period;
+        periods % 2 == 0 && periods > 0 && (gap - periods * period).abs() <= period / ON_TIME_PART
+    }
+
     fn unanswered(&mut self, node: u8, request: FrameRef, nmt: &Nmt, cx: &mut Context<'_>) {
-        self.toggle = None;
+        let toggle = self.toggle.take();
         if self.silent || !nmt.is_present(node) || nmt.resetting(node).is_some() {
             return;
         }
-        self.silent = true;
+        if self.unanswered.is_some() {
+            return self.settle(node, None, cx);
+        }
         let what = match cx.at.since(request) {
             Some(age) => Grd002::NoResponseWithin { age },
             None => Grd002::NoResponse,
         };
-        cx.raise(what, Some(node), None, Some(request));
-        cx.evidence.circumstances.note(CircumstanceKind::NodeLost, Some(node), cx.when);
+        let finding = cx.verdict(what, Some(node), None, Some(request));
+        self.unanswered = Some(Unanswered { finding, at: cx.when, toggle: toggle.unwrap_or_default() });
+        if toggle.is_none() {
+            self.settle(node, None, cx);
+        }
+    }
+
+    /// Reports the request without answer that waits, unless the next answer has this toggle bit and shows that one was
+    /// sent.
+    fn settle(&mut self, node: u8, toggle: Option<bool>, cx: &mut Context<'_>) {
+        let Some(Unanswered { finding, at, toggle: before }) = self.unanswered.take() else { return };
+        if toggle == Some(before) {
+            return;
+        }
+        self.silent = true;
+        cx.report(finding);
+        cx.evidence.circumstances.note(CircumstanceKind::NodeLost, Some(node), at);
     }
 
     /// Settles a frame that no request has followed.

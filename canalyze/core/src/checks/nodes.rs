@@ -391,7 +391,7 @@ impl Nodes {
         self.nmt.forget();
         self.permissions.forget();
         self.heartbeats.forget(cx);
-        self.guarding.forget();
+        self.guarding.forget(cx);
     }
 
     /// Reports what is open at the end of the capture.
@@ -400,6 +400,7 @@ impl Nodes {
         self.heartbeats.finish(cx);
         self.nmt.finish(cx);
         self.guarding.finish(&self.nmt, cx);
+        self.permissions.finish(cx);
         self.emergencies.finish(cx);
     }
 }

@@ -44,6 +44,8 @@ struct StatePeriod {
     undecided: Vec<(u8, Finding)>,
     /// Number of TPDOs outside Operational since the boot-up.
     sent: u32,
+    /// PDOs outside Operational by the node's last report; the next one decides if a command is missing in the capture.
+    waiting: Vec<Finding>,
     /// An SDO response or EMCY after a reset; the boot-up decides if it came before that.
     early: Option<Finding>,
 }
@@ -141,6 +143,14 @@ impl NmtPermissions {
     /// Takes a command to a state, or 0; it may have permitted the frames just before it.
     pub fn command(&mut self, nmt: &Nmt, node: u8, state: u8, cx: &mut Context<'_>) {
         for (id, period) in self.nodes.iter_mut().filter(|(id, _)| node == 0 || node == *id) {
+            for finding in std::mem::take(&mut period.waiting) {
+                // A later command is not the one that would have permitted it.
+                if cx.evidence.recording.is_settled(finding.at, cx.at) || !is_permitted(finding.code, state) {
+                    cx.report(finding);
+                } else {
+                    period.state = 0;
+                }
+            }
             let voided = |finding: &Finding| finding.node == Some(id) && is_permitted(finding.code, state);
             // A withdrawn fault may occur again, and is reported then.
             period.leave_for(if cx.evidence.pending.withdraw(voided) { 0 } else { state });
@@ -154,6 +164,7 @@ impl NmtPermissions {
     /// Takes a boot-up: frames between the reset and it came too early.
     pub fn boot_up(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some(period) = self.nodes.get_mut(node) else { return };
+        period.waiting.drain(..).for_each(|waiting| cx.report(waiting));
         period.leave_for(0);
         period.undecided.clear();
         period.sent = 0;
@@ -167,6 +178,13 @@ impl NmtPermissions {
     pub fn shown(&mut self, node: u8, state: u8, changes: bool, cx: &mut Context<'_>) {
         let Some(period) = self.nodes.get_mut(node) else { return };
         period.leave_for(state);
+        for waiting in std::mem::take(&mut period.waiting) {
+            if is_permitted(waiting.code, state) {
+                period.state = 0;
+            } else {
+                cx.report(waiting);
+            }
+        }
         for (supposed, undecided) in std::mem::take(&mut period.undecided) {
             let before = changes && cx.at.since(undecided.at).is_some_and(|age| age < OBEYED_NS);
             if state == supposed && !before {
@@ -178,6 +196,13 @@ impl NmtPermissions {
             if undecided.code == Code::Sdo011 {
                 period.vain = None;
             }
+        }
+    }
+
+    /// Reports the PDOs that no report of the node's state has followed, at the end of the capture.
+    pub fn finish(&mut self, cx: &mut Context<'_>) {
+        for (_, period) in self.nodes.iter_mut() {
+            period.waiting.drain(..).for_each(|waiting| cx.report(waiting));
         }
     }
 
@@ -199,6 +224,10 @@ impl NmtPermissions {
     /// failed; and a single heartbeat with an uncommanded state may itself be wrong.
     fn judge(&mut self, nmt: &Nmt, known: KnownState, finding: Finding, cx: &mut Context<'_>) {
         let Some(node) = finding.node else { return };
+        if !known.doubtful && known.shown && matches!(finding.code, Code::Pdo002 | Code::Pdo003) {
+            // A command may be missing in the capture; the node's next report tells.
+            return self.nodes.entry(node).waiting.push(finding);
+        }
         if !known.doubtful && (known.shown || !nmt.shows(node)) {
             return cx.report_listed(finding);
         }
