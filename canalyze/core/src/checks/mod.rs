@@ -36,6 +36,7 @@ use crate::sdo::wire::{Mux, Side};
 use crate::wire::error_control::OPERATIONAL;
 use crate::wire::lss::Command;
 use crate::wire::message::Message;
+use crate::wire::nmt::START;
 use crate::wire::pdo::communication_parameter;
 use crate::world::configuration::{self, Provenance};
 use crate::world::context::Context;
@@ -189,11 +190,12 @@ impl Checks {
         if let Some(now_ns) = frame.t_ns {
             self.pass(now_ns, true, cx);
             self.pdo_timing.advance(now_ns, cx);
+            self.srdos.advance(now_ns, cx);
             self.sync.heard(now_ns);
         }
         self.nodes.heard(cx);
         if self.nodes.paused() {
-            self.srdos.interrupt(cx.at.no, false);
+            self.srdos.paused(cx);
         }
     }
 
@@ -354,14 +356,20 @@ impl Checks {
             Message::ErrorFrame => self.error_frames.follow(frame, cx),
             Message::Nmt { command, node } => {
                 self.srdos.interrupt(cx.at.no, false);
+                if command != START {
+                    self.srdos.halted((1..=127).contains(&node).then_some(node));
+                }
                 if node <= 127 {
                     self.pdo_timing.commanded((node != 0).then_some(node), command);
                 }
             }
-            Message::BootUp { node } => self.pdo_timing.state(node, 0, cx),
+            Message::BootUp { node } => {
+                self.srdos.not_operational(node, cx);
+                self.pdo_timing.state(node, 0, cx);
+            }
             Message::Heartbeat { node, state, .. } => {
                 if state != OPERATIONAL {
-                    self.srdos.not_operational(node);
+                    self.srdos.not_operational(node, cx);
                 }
                 self.pdo_timing.state(node, state, cx);
             }
@@ -375,6 +383,7 @@ impl Checks {
             Message::Lss { command: Command::ActivateBitTiming { delay }, .. } => {
                 self.error_frames.switch(delay, cx);
                 self.pdo_timing.forget(None);
+                self.srdos.halted(None);
                 self.sync.lost();
             }
             _ => {}
@@ -454,6 +463,7 @@ impl Checks {
         self.pdo_timing.forget(node);
         self.drives.forget(node);
         self.srdos.interrupt(cx.at.no, false);
+        self.srdos.halted(node);
     }
 
     /// Drops everything that was open after lost frames.
@@ -495,6 +505,7 @@ impl Checks {
         let configured = |node: u8, pdo: &Pdo| own(pdo.cob.0.id) && is_configured(pdo, since(node));
         let unproduced = self.sync.finish(nodes, configured, cx);
         self.pdo_timing.finish(nodes, configured, unproduced, cx);
+        self.srdos.finish(cx);
         self.lss.finish(cx);
     }
 }

@@ -2,15 +2,21 @@
 //!
 //! A pair is judged once it is proved, by a known record 1301h to 1340h or by two pairs of inverse frames; on other
 //! networks these identifiers carry other data. Artefacts of the capture are no fault: its edges cut pairs, and a frame
-//! of the recording host may be listed one place later. Only configured times are judged.
+//! of the recording host may be listed one place later.
+//!
+//! Configured times are judged. Where there are none, the period is learnt as an event timer is ([`Timer`]): SRDOs are sent
+//! periodically, and a receiver does not wait for many periods. The next pair is owed: a pause is reported when it ends,
+//! and a pair that does not come again when it has certainly stopped, or at the end of the capture.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::pdo::timing::tolerance;
 use crate::bytes::frame::{CanId, Frame};
 use crate::bytes::ns::Ns;
-use crate::evidence::{Recording, Rules, When};
-use crate::rules::finding::Verdict;
+use crate::evidence::obligation::Owed;
+use crate::evidence::period::Timer;
+use crate::evidence::{Obligations, Recording, Rules, When};
+use crate::rules::finding::{Code, Verdict};
 use crate::rules::srdo::{Srd001, Srd002, Srd003, Srd004, Srd005};
 use crate::sdo::wire::Mux;
 use crate::wire::error_control::OPERATIONAL;
@@ -22,6 +28,17 @@ use crate::world::node::{CobId, Node, PerNode};
 const PAIRS: usize = 64;
 /// Number of pairs that prove an SRDO, and after which the capture's edge cuts off no half.
 const PROOF: u64 = 2;
+
+/// Number of cycle times, and minimum time in ns, without a pair after which it has stopped.
+const STOPPED: i64 = 10;
+const STOPPED_NS: Ns = Ns::from_s(1);
+/// Number of learnt periods within which the next pair, and the second half of a pair, come in any case; and the delay of
+/// a busy node beside them, in ns.
+const PERIODS: i64 = 3;
+const PERIODS_OF_HALF: i64 = 2;
+const HELD_UP_NS: Ns = Ns::from_ms(20);
+/// Part of the learnt period by which a gap is longer that shows no other period.
+const EVEN_PART: i64 = 16;
 
 /// One frame of a pair.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +61,35 @@ impl Half {
 
 /// A configured time: node, record, and value.
 type Limit = (u8, u16, Ns);
+
+/// The time after which the next pair is due.
+#[derive(Clone, Copy, Debug)]
+enum Cycle {
+    Configured(Limit),
+    /// A period in ns.
+    Learnt(Ns),
+}
+
+impl Cycle {
+    fn ns(self) -> Ns {
+        match self {
+            Self::Configured((_, _, ns)) | Self::Learnt(ns) => ns,
+        }
+    }
+
+    /// Returns the allowance beside it, in ns.
+    fn allowance_ns(self) -> Ns {
+        match self {
+            Self::Configured((_, _, ns)) => tolerance(ns).max(ns / 10),
+            Self::Learnt(ns) => ns * (PERIODS - 1) + HELD_UP_NS,
+        }
+    }
+
+    /// Returns the maximum time to the next pair, in ns.
+    fn limit_ns(self) -> Ns {
+        self.ns() + self.allowance_ns()
+    }
+}
 
 /// The configuration of a pair.
 #[derive(Clone, Copy, Debug, Default)]
@@ -107,8 +153,14 @@ struct SrdoPair {
     /// Number of correct pairs since then, and the normal data of the last.
     valid: u64,
     last: Option<Half>,
+    /// It has the data of the one before.
+    repeats: bool,
+    /// The last frame with normal data.
+    heard: Option<When>,
     /// The start of the last pair if it was correct and uninterrupted since.
     began: Option<When>,
+    /// The period, from pairs that repeat their data.
+    timer: Timer,
     /// A pair came while the producer was known not to be Operational.
     idle: bool,
     /// The producer has since confirmed that state.
@@ -124,7 +176,12 @@ enum Report {
     InverseMissing(Half),
     NormalMissing(Half),
     Late(Half, Ns, Ns, Limit),
-    Slow(When, Ns, Ns, Limit),
+    /// The inverse came later than the next pairs, in ns, by the learnt period.
+    Behind(Half, Ns, Ns),
+    /// The time since the pair before, in ns.
+    Slow(When, Ns, Cycle),
+    /// The time for which none has come, in ns.
+    Stopped(When, Ns, Cycle),
     Idle(u8),
 }
 
@@ -142,6 +199,8 @@ pub struct SrdoResult {
 pub struct Srdos {
     /// The pairs by number, created with the first frame.
     pairs: Vec<SrdoPair>,
+    /// The next pair of each, by number.
+    due: Obligations<u8>,
     limits: Vec<Limits>,
     records: BTreeMap<(u8, u16), Record>,
     /// Records that have changed.
@@ -215,9 +274,9 @@ impl Srdos {
             pair.normal(half, recording, &mut seen);
         }
         if pair.valid > before {
-            let state = limits.producer.and_then(|(node, _)| state(node)).filter(|state| *state != OPERATIONAL);
-            pair.idle = state.is_some();
-            match state {
+            let idle = limits.producer.and_then(|(node, _)| state(node)).filter(|state| *state != OPERATIONAL);
+            pair.idle = idle.is_some();
+            match idle {
                 Some(state) if pair.confirmed => seen.reports.push(Report::Idle(state)),
                 Some(_) => {}
                 None => pair.confirmed = false,
@@ -225,13 +284,22 @@ impl Srdos {
             pair.timing(half, recording, &limits, &mut seen);
         }
         pair.proven |= pair.valid >= PROOF;
+        let known = pair.proven || limits.identifiers.is_some();
+        let producer = limits.producer.map_or(number, |(node, _)| node);
+        let runs = state(producer).is_none_or(|state| state == OPERATIONAL);
+        // Whether its halves fit is another question.
+        let owed = pair.cycle(&limits).filter(|_| !inverted && known && runs && pair.valid >= PROOF);
+        if let Some(cycle) = owed {
+            let limit_ns = (cycle.ns() * STOPPED).max(STOPPED_NS).max(cycle.limit_ns());
+            self.due.open(number, Owed { since: cx.when, limit_ns, why: None });
+        }
         // A half cut off by an edge may make one pair wrong.
         let first = *pair.first.get_or_insert(frame.no);
         // A pair that began after its record and a command has lost nothing to an edge.
         let whole = limits.shown.is_some_and(|shown| shown > self.lost && first > self.began.max(shown));
         let whole = whole && self.began > self.lost;
         let settled = pair.valid > 0 || pair.wrong > 1 || whole;
-        if !settled || !(pair.proven || limits.identifiers.is_some()) {
+        if !settled || !known {
             seen.reports.clear();
             seen.valid = seen.valid.filter(|valid| *valid);
         }
@@ -272,23 +340,106 @@ impl Srdos {
                 let what = Srd002::Late { srdo, delay, limit, tolerance };
                 (what.into(), Some(Mux { index, sub: 3 }), node, Some(half.when))
             }
-            Report::Slow(_, gap, tolerance, (node, index, limit)) => {
-                let what = Srd003::Late { srdo, gap, limit, tolerance };
+            Report::Behind(half, delay, period) => {
+                (Srd002::Behind { srdo, delay, period }.into(), object(3), node, Some(half.when))
+            }
+            Report::Slow(_, gap, cycle @ Cycle::Configured((node, index, limit))) => {
+                let what = Srd003::Late { srdo, gap, limit, tolerance: cycle.allowance_ns() };
                 (what.into(), Some(Mux { index, sub: 2 }), node, None)
+            }
+            Report::Slow(_, gap, Cycle::Learnt(period)) => {
+                (Srd003::Paused { srdo, gap, period }.into(), object(2), node, None)
+            }
+            Report::Stopped(since, silence, Cycle::Configured((_, index, limit))) => {
+                let what = Srd003::Stopped { srdo, silence, limit };
+                (what.into(), Some(Mux { index, sub: 2 }), node, Some(since))
+            }
+            Report::Stopped(since, silence, Cycle::Learnt(period)) => {
+                (Srd003::Gone { srdo, silence, period }.into(), object(2), node, Some(since))
             }
             Report::Idle(state) => (Srd005::InState { srdo, state }.into(), object(1), node, None),
         };
         let cause = cause.map(|when| when.at).filter(|cause| cause.no != cx.at.no);
         let finding = cx.verdict(what, Some(node), object, cause);
-        let (Report::Late(Half { when: since, .. }, ..) | Report::Slow(since, ..)) = report else {
-            return cx.report(finding);
+        match report {
+            Report::Late(Half { when: since, .. }, ..)
+            | Report::Behind(Half { when: since, .. }, ..)
+            | Report::Slow(since, ..) => cx.report_timed(cx.excused(Rules::Srdo, since, finding)),
+            Report::Stopped(..) => cx.report_of_node(finding),
+            _ => cx.report(finding),
+        }
+    }
+
+    /// Reports pairs that have not come for long at the current frame.
+    #[inline]
+    pub fn advance(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
+        if self.due.may_be_due(now_ns) {
+            for (number, owed) in self.due.due(cx.when, &cx.evidence.recording) {
+                if !self.stopped(number, owed, cx) {
+                    self.due.open(number, Owed { since: cx.when, ..owed });
+                }
+            }
+        }
+    }
+
+    /// Reports pairs that have not come by the end of the capture although they were due.
+    pub fn finish(&mut self, cx: &mut Context<'_>) {
+        let Self { due, pairs, limits, .. } = self;
+        let cycle = |number: u8| {
+            let place = usize::from(number);
+            pairs.get(place)?.cycle(&limits.get(place).copied().unwrap_or_default())
         };
-        cx.report_timed(cx.excused(Rules::Srdo, since, finding));
+        let limit = |number: u8, owed: &Owed| cycle(number).map_or(owed.limit_ns, Cycle::limit_ns);
+        for (number, owed) in due.overdue(cx.when, &cx.evidence.recording, limit) {
+            self.stopped(number, owed, cx);
+        }
+    }
+
+    /// Reports a pair that does not come any more; returns false if its absence shows nothing.
+    #[cold]
+    fn stopped(&mut self, number: u8, owed: Owed, cx: &mut Context<'_>) -> bool {
+        let limits = self.limits.get(usize::from(number)).copied().unwrap_or_default();
+        let Some(pair) = self.pairs.get_mut(usize::from(number)) else { return true };
+        let (Some(cycle), Some(last)) = (pair.cycle(&limits), pair.heard) else { return true };
+        let recording = &cx.evidence.recording;
+        let Some(silence) = recording.between(last, cx.when) else { return true };
+        let node = limits.producer.map_or(number, |(node, _)| node);
+        // The recorder, or the whole bus, may have been silent.
+        let now_ns = cx.at.t_ns.unwrap_or(Ns::ZERO);
+        let period_ns = if owed.since.at == last.at { cycle.ns() } else { Ns::MAX };
+        let held_back = recording.was_silent(node, now_ns - (silence - cycle.ns()), period_ns, now_ns);
+        if held_back
+            || cx.evidence.circumstances.excuse(Rules::Srdo, Some(node), (owed.since, cx.at), recording).is_some()
+        {
+            return false;
+        }
+        pair.began = None;
+        self.raise(number, Report::Stopped(last, silence, cycle), cx);
+        true
+    }
+
+    /// Takes a command or a reset after which a node, or all (`None`), send no pairs: none is owed.
+    pub fn halted(&mut self, node: Option<u8>) {
+        let limits = &self.limits;
+        // Where no record is known, any node may be the producer.
+        let producer = |number: u8| limits.get(usize::from(number)).and_then(|limits| limits.producer);
+        let concerned = |number: &u8| node.is_none_or(|node| producer(*number).is_none_or(|(other, _)| other == node));
+        self.due.void(concerned);
+    }
+
+    /// Restarts the time of all pairs after a silence of the whole bus.
+    pub fn paused(&mut self, cx: &Context<'_>) {
+        self.interrupt(cx.at.no, false);
+        self.due.renew(cx.when);
     }
 
     /// Takes a node's report that it is not Operational. Only pairs before and after it are faults: the node may have
     /// changed its state since the last report, or been commanded during a pair.
-    pub fn not_operational(&mut self, node: u8) {
+    pub fn not_operational(&mut self, node: u8, cx: &mut Context<'_>) {
+        let limits = &self.limits;
+        let producer = |number: u8| limits.get(usize::from(number)).and_then(|limits| limits.producer);
+        self.due.void(|number| producer(*number).map_or(*number, |(producer, _)| producer) == node);
+        cx.evidence.pending.explain(cx.at, |it| it.code == Code::Srd003 && it.node == Some(node));
         for (pair, limits) in self.pairs.iter_mut().zip(&self.limits) {
             if pair.idle && limits.producer.is_some_and(|(producer, _)| producer == node) {
                 pair.confirmed = true;
@@ -300,6 +451,9 @@ impl Srdos {
     /// no half. `at` is the number of the current frame.
     pub fn interrupt(&mut self, at: u64, lost: bool) {
         *if lost { &mut self.lost } else { &mut self.began } = at;
+        if lost {
+            self.due = Obligations::default();
+        }
         for pair in &mut self.pairs {
             if lost {
                 *pair = SrdoPair { proven: pair.proven, ..SrdoPair::default() };
@@ -312,6 +466,7 @@ impl Srdos {
 
 impl SrdoPair {
     fn normal(&mut self, half: Half, recording: &Recording, seen: &mut SrdoResult) {
+        self.heard = Some(half.when);
         if let Some(missing) = self.halves.missing.take().filter(|_| self.valid > PROOF) {
             self.began = None;
             seen.reports.push(Report::InverseMissing(missing));
@@ -337,6 +492,7 @@ impl SrdoPair {
                 self.halves.adjacent = false;
                 self.halves.spare = None;
                 self.valid = self.valid.saturating_add(1);
+                self.repeats = self.last.is_some_and(|last| last.data == open.data && last.len == open.len);
                 self.last = Some(open);
                 self.halves.missing = self.halves.older.take();
                 if let Some(lone) = self.halves.lone.take() {
@@ -395,6 +551,14 @@ impl SrdoPair {
     /// Judges the times of a pair completed by `half`.
     fn timing(&mut self, half: Half, recording: &Recording, limits: &Limits, seen: &mut SrdoResult) {
         let Some(normal) = self.last.filter(|normal| normal.when.at.t_ns.is_some()) else { return };
+        let cycle = self.cycle(limits);
+        if let (None, Some(Cycle::Learnt(period))) = (limits.validation, cycle) {
+            let limit = period * PERIODS_OF_HALF;
+            if recording.certainly_later(half.when, normal.when, limit + tolerance(limit)) {
+                let delay = recording.between(normal.when, half.when).unwrap_or(Ns::ZERO);
+                seen.reports.push(Report::Behind(normal, delay, period));
+            }
+        }
         if let Some(limit) = limits.validation {
             let allowance = tolerance(limit.2);
             if recording.certainly_later(half.when, normal.when, limit.2 + allowance) {
@@ -402,14 +566,22 @@ impl SrdoPair {
                 seen.reports.push(Report::Late(normal, delay, allowance, limit));
             }
         }
-        if let (Some(before), Some(limit)) = (self.began, limits.cycle) {
-            let allowance = tolerance(limit.2).max(limit.2 / 10);
-            if recording.certainly_later(normal.when, before, limit.2 + allowance) {
-                let gap = recording.between(before, normal.when).unwrap_or(Ns::ZERO);
-                seen.reports.push(Report::Slow(before, gap, allowance, limit));
-            }
+        let before = self.began.replace(normal.when);
+        let Some((before, gap)) = before.and_then(|at| Some((at, recording.between(at, normal.when)?))) else { return };
+        if let Some(cycle) = cycle.filter(|cycle| recording.certainly_later(normal.when, before, cycle.limit_ns())) {
+            seen.reports.push(Report::Slow(before, gap, cycle));
+            self.timer = Timer::default();
+        } else if recording.teaches(before)
+            && recording.teaches(normal.when)
+            && self.timer.ns().is_none_or(|known| gap <= known + known / EVEN_PART)
+        {
+            self.timer.take(gap, self.repeats);
         }
-        self.began = Some(normal.when);
+    }
+
+    /// Returns the time after which the next pair is due: as configured, else as learnt.
+    fn cycle(&self, limits: &Limits) -> Option<Cycle> {
+        limits.cycle.map(Cycle::Configured).or_else(|| self.timer.ns().map(Cycle::Learnt))
     }
 }
 

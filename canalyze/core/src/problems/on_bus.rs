@@ -427,6 +427,10 @@ impl OfBus {
             {
                 self.found.sign(Sign::of(Ends::Lss, None), scene!(self, ledger, bus, id, at));
             }
+            Message::Srdo { number, valid: Some(true), .. } if !self.found.is_empty() => {
+                let sign = Sign { srdo: number, ..Sign::of(Ends::Srdo, None) };
+                self.found.sign(sign, scene!(self, ledger, bus, id, at));
+            }
             Message::GuardingRequest { node } if !self.found.is_empty() => {
                 self.found.sign(Sign::of(Ends::Guarded, Some(node)), scene!(self, ledger, bus, id, at));
             }

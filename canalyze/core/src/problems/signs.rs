@@ -43,6 +43,8 @@ pub(super) enum Ends {
     Lss,
     /// A boot-up, the state Operational, or a guarding request.
     Guarded,
+    /// A valid pair of the SRDO.
+    Srdo,
     /// The state Operational, or that the PDO is no longer sent.
     Operational,
 }

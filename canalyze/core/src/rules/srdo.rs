@@ -21,8 +21,8 @@ rules! {
             "SRDO{srdo} has {normal|byte|bytes} of normal data, but {inverted} of inverted data";
     }
 
-    /// 取反数据必须在正常数据之后的验证时间(SRVT, 子索引3)内到达。
-    /// The inverted data must come within the validation time (SRVT, sub-index 3) after the normal data.
+    /// 取反数据必须在正常数据之后的验证时间(SRVT, 子索引3)内到达; 该时间未知时, 须在平时的两个周期内到达。
+    /// The inverted data must come within the validation time (SRVT, sub-index 3) after the normal data; where that is not known, within two of the usual periods.
     ///
     /// 总线负载过高使第二帧延迟, 发送方把两帧分在不同的任务周期中发送, 或者SRVT设得太短。
     /// Bus load delays the second frame, the sender handles the two frames in different cycles of its task, or the SRVT is too short.
@@ -31,17 +31,25 @@ rules! {
         Late { srdo: Count, delay: Ns, limit: Ns, tolerance: Ns }
             "SRDO{srdo}的取反数据在正常数据之后{delay}才到达, 限值{limit} (容差{tolerance})"
             "the inverted data of SRDO{srdo} came {delay} after the normal data, limit {limit} (tolerance {tolerance})";
+        Behind { srdo: Count, delay: Ns, period: Ns } "SRDO{srdo}的取反数据在正常数据之后{delay}才到达, 而平时每隔{period}一对"
+            "the inverted data of SRDO{srdo} came {delay} after the normal data, although a pair comes every {period}";
     }
 
-    /// 相邻两对SRDO的间隔不得超过安全周期时间(SCT, 子索引2); 判断时采用接收方的值, 没有时采用发送方的值。
-    /// Two SRDOs must not be further apart than the safeguard cycle time (SCT, sub-index 2): a receiver's, where one is known, else the sender's.
+    /// 相邻两对SRDO的间隔不得超过安全周期时间(SCT, 子索引2); 判断时采用接收方的值, 没有时采用发送方的值, 都未知时采用平时周期的三倍。不再出现的SRDO, 在10倍该时间且至少1 s之后或在记录结束时报告。
+    /// Two SRDOs must not be further apart than the safeguard cycle time (SCT, sub-index 2): a receiver's, where one is known, else the sender's, else three of the usual periods. One that does not come again is reported after ten of these times and at least 1 s, or at the end of the capture.
     ///
-    /// 发送方周期过长或曾停顿, 总线过载, 或者SCT设得太短。
-    /// The sender's period is too long or it paused, the bus is overloaded, or the SCT is too short.
+    /// 发送方停止、周期过长或曾停顿, 总线过载, 或者SCT设得太短。
+    /// The sender stopped, paused, or has too long a period, the bus is overloaded, or the SCT is too short.
     Srd003 "SRD003" "cycle-time" Error "CiA 304, 1301h:02" [Srdo] {
         message "SRDO的安全周期时间超时" "SRDO safeguard cycle time exceeded";
         Late { srdo: Count, gap: Ns, limit: Ns, tolerance: Ns } "SRDO{srdo}距上一对{gap}, 限值{limit} (容差{tolerance})"
             "SRDO{srdo} came {gap} after the previous pair, limit {limit} (tolerance {tolerance})";
+        Paused { srdo: Count, gap: Ns, period: Ns } "SRDO{srdo}距上一对{gap}, 此前每隔{period}一对"
+            "SRDO{srdo} came {gap} after the previous pair, before that every {period}";
+        Stopped [reason = "stopped"] { srdo: Count, silence: Ns, limit: Ns } "此后{silence}没有SRDO{srdo}, 限值{limit}"
+            "no SRDO{srdo} for {silence} since then, limit {limit}";
+        Gone [reason = "stopped"] { srdo: Count, silence: Ns, period: Ns } "此后{silence}没有SRDO{srdo}, 此前每隔{period}一对"
+            "no SRDO{srdo} for {silence} since then, before that every {period}";
     }
 
     /// 每对SRDO先发正常数据, 再发取反数据, 两帧缺一不可。偶然一次顺序颠倒不报告。

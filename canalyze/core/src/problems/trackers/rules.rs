@@ -48,6 +48,8 @@ pub(in crate::problems) struct Sign {
     /// Length of the PDO in bytes.
     pub(in crate::problems) length: u64,
     pub(in crate::problems) object: Option<Mux>,
+    /// Number of the SRDO.
+    pub(in crate::problems) srdo: u8,
     /// The node has booted.
     pub(in crate::problems) boot_up: bool,
 }
@@ -55,7 +57,7 @@ pub(in crate::problems) struct Sign {
 impl Sign {
     /// Makes a sign of a node, or of the bus.
     pub(in crate::problems) fn of(ends: Ends, node: Option<u8>) -> Self {
-        Self { ends, node, pdo: None, length: 0, object: None, boot_up: false }
+        Self { ends, node, pdo: None, length: 0, object: None, srdo: 0, boot_up: false }
     }
 }
 
@@ -86,6 +88,7 @@ impl RuleProblems {
         let least = if stays || lacks(finding) { 1 } else { least };
         let (kind, ends) = match (code, constant(finding, "missing")) {
             _ if stays => (kind, Ends::Never),
+            (Code::Srd003, _) if constant(finding, "reason") == Some("stopped") => (kind, Ends::Srdo),
             // Its own length has been right all the time.
             _ if finding.measured().is_some_and(|all| all.get("consumer").is_some()) => (kind, Ends::Never),
             (Code::Sdo002, Some("request")) => (ProblemKind::DamagedTransfer, Ends::Transferred),
@@ -153,13 +156,7 @@ impl RuleProblems {
             if stays && one.kind == kind {
                 self.last.retain(|(other, _)| *other != place);
                 // It is what it was before.
-                let now = |name: &str| finding.measured().and_then(|all| all.get(name));
-                let period = |names: [&str; 2]| match (one.get(names[0]), now(names[1])) {
-                    (Some(Quantity::Ns(from)), Some(Quantity::Ns(to))) => (from - to).abs() <= from / SAME_PERIOD,
-                    (Some(before), Some(now)) => before == now,
-                    _ => false,
-                };
-                if period(["from", "to"]) || period(["expected", "period"]) {
+                if is_former(one, finding) {
                     one.ends(finding.at);
                     return None;
                 }
@@ -173,12 +170,30 @@ impl RuleProblems {
                 }
                 return None;
             }
+            // It was late before it stopped.
+            if ends == Ends::Srdo && one.kind == kind {
+                self.last.retain(|(other, _)| *other != place);
+                one.measured = finding.measured();
+                finding.measured().iter().flat_map(|all| all.facts()).for_each(|(name, value)| one.fact(name, value));
+            }
             // Single late or early SYNCs at a change of the period.
             let changed = one.measured().is_some_and(|all| all.get("expected").is_some() && all.get("gap").is_none());
             if code == Code::Syn003 && !stays && changed && one.end.is_none() {
                 return None;
             }
+            // Behind a shorter period heartbeats seem to be lost where the former one is back.
+            if stays && one.kind.is(KindRole::LostBeats) {
+                let shorter = |one: &Problem| {
+                    one.kind == kind && one.subject.node == node && one.end.is_none() && is_former(one, finding)
+                };
+                if let Some(former) = scene.ledger.last(scene.id, shorter) {
+                    scene.ledger.merge(place, former);
+                    scene.ledger.get_mut(former)?.ends(finding.at);
+                    return None;
+                }
+            }
             // The cause of what seemed to be single late or early ones, or lost heartbeats.
+            let one = scene.ledger.get_mut(place)?;
             let second = kind.is(KindRole::TwoSyncs) && one.kind.is(KindRole::UnsteadySync);
             let slower = one.kind.is(KindRole::LostBeats);
             if second || stays && slower {
@@ -347,6 +362,9 @@ impl RuleProblems {
             if *ends == Ends::Former && Some(Quantity::Count(sign.length)) != one.get("before") {
                 return true;
             }
+            if *ends == Ends::Srdo && Some(Quantity::Count(sign.srdo.into())) != one.get("srdo") {
+                return true;
+            }
             if *ends == Ends::SyncLength && !is_due(one, sign.length) {
                 return true;
             }
@@ -442,11 +460,24 @@ fn is_due(one: &Problem, length: u64) -> bool {
     }
 }
 
-/// Returns true unless a finding is of another rule, or says something else, than a problem that stands for many rules.
+/// Returns true unless a finding is about another SRDO than a problem, or, of one that stands for many rules, is of another
+/// rule or says something else.
 fn says_same(one: &Problem, finding: &Finding) -> bool {
     let sentence = |measured: Option<Measured>| measured.map(|measured| measured.variant.words.en);
     let code = one.findings.first().is_none_or(|cited| cited.code == finding.code);
-    !one.kind.is(KindRole::OneRule) || code && sentence(one.measured) == sentence(finding.measured())
+    let srdo = one.get("srdo") == finding.measured().and_then(|all| all.get("srdo"));
+    srdo && (!one.kind.is(KindRole::OneRule) || code && sentence(one.measured) == sentence(finding.measured()))
+}
+
+/// Returns true if a finding says that a period is again what it was before a problem, or what it should be.
+fn is_former(one: &Problem, finding: &Finding) -> bool {
+    let now = |name: &str| finding.measured().and_then(|all| all.get(name));
+    let period = |[before, after]: [&str; 2]| match (one.get(before), now(after)) {
+        (Some(Quantity::Ns(from)), Some(Quantity::Ns(to))) => (from - to).abs() <= from / SAME_PERIOD,
+        (Some(before), Some(now)) => before == now,
+        _ => false,
+    };
+    period(["from", "to"]) || period(["expected", "to"]) || period(["expected", "period"])
 }
 
 /// Records that the unanswered request of a problem was answered later.
