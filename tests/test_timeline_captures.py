@@ -425,7 +425,7 @@ def test_transfers_that_are_alike_are_told_apart(tmp_path: Path) -> None:
     assert names == ["can0/node5 SDO transfer [ms]", "can0/node5 failed SDO transfer [ms]"]
 
 
-@pytest.mark.parametrize("name", ["SDO002-timeout", "SDO030", "SYN003-late", "HBT004-rate", "LSS012", "GRD004"])
+@pytest.mark.parametrize("name", ["SDO002-timeout", "SDO030", "SYN003-late", "HBT007-rate", "LSS012", "GRD004"])
 def test_a_finding_told_later_stands_with_its_frame(tmp_path: Path, name: str) -> None:
     """The frame is listed already, without it; the rows of findings, shown among the frames, have its level."""
     path = SAMPLES / "rules" / f"{name}.log"

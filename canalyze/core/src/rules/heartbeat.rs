@@ -24,8 +24,8 @@ rules! {
             "心跳周期为{found}, 而1017h为{expected}" "heartbeat period is {found}, 1017h holds {expected}";
     }
 
-    /// 上一个心跳或写入1017h之后, 消费者心跳时间 (1016h) 内没有心跳; 消费者心跳时间未知时, 判定时限为三个周期加容差。只报告一次。
-    /// No heartbeat after the previous one or a write of 1017h within the consumer heartbeat time (1016h) or, where none is known, within three periods plus a tolerance. Reported once.
+    /// 上一个心跳或写入1017h之后, 消费者心跳时间 (1016h) 内没有心跳; 消费者心跳时间未知时, 判定时限为三个周期加容差。节点启动后尚未表明其周期时, 时限为此前周期的10倍且至少5 s。只报告一次。
+    /// No heartbeat after the previous one or a write of 1017h within the consumer heartbeat time (1016h) or, where none is known, within three periods plus a tolerance. Behind a boot-up, until the node has shown its period again, within ten of the former periods and at least 5 s. Reported once.
     ///
     /// 节点掉线、断电或死机, 电缆断开, 或者节点总线关闭(bus off)。
     /// The node is disconnected, powered off or hung, a cable is broken, or its controller is bus-off.
@@ -35,6 +35,8 @@ rules! {
             "no heartbeat for {silence} since then (consumer heartbeat time 1016h: {limit})";
         Limit { silence: Ns, limit: Ns } "此后{silence}没有心跳, 判定时限{limit}(3个周期加容差)"
             "no heartbeat for {silence} since then (limit {limit}: 3 periods plus tolerance)";
+        AfterBoot { silence: Ns, limit: Ns, period: Ns } "此后{silence}没有心跳, 判定时限{limit}(启动之前的周期为{period})"
+            "no heartbeat for {silence} since then (limit {limit}: before the boot-up the period was {period})";
         AfterWrite { silence: Ns, expected: Ns }
             "写入1017h后{silence}没有心跳, 写入的周期为{expected}"
             "no heartbeat for {silence} since 1017h was written (period written: {expected})";
@@ -63,8 +65,6 @@ rules! {
             "没有NMT命令, 状态却在{one}与{other}之间交替" "the state alternates between {one} and {other} without NMT commands";
         Gaps { one: Ns, other: Ns } "心跳间隔{one}与{other}交替: 存在两路心跳"
             "heartbeat intervals alternate between {one} and {other}: two heartbeat streams";
-        HalfPeriod { found: Ns, expected: Ns }
-            "心跳间隔为{found}, 仅为1017h周期{expected}的一半" "heartbeat interval is {found}, half of the {expected} in 1017h";
         Responses "一个节点保护请求有两个应答" "two responses to each node guarding request";
         BootUps { gap: Ns } "{gap}内收到两个启动报文" "two boot-ups within {gap}";
         Series { one: Ns, other: Ns } "周期{one}的心跳之间另有每隔{other}的心跳: 存在两路心跳"
@@ -92,13 +92,15 @@ rules! {
         Length { found: Count } "错误控制报文为{found}字节, 应为1字节" "error control is {found|byte|bytes} long, expected 1";
     }
 
-    /// 心跳改以另一周期均匀发送, 而记录中没有对1017h的写入或复位可以解释。
-    /// Heartbeats come regularly with another period than before, and the capture has no write to 1017h and no reset that explains it.
+    /// 心跳改以另一周期均匀发送, 而记录中没有对1017h的写入或复位可以解释; 或者周期短于1017h。
+    /// Heartbeats come regularly with another period than before, and the capture has no write to 1017h and no reset that explains it; or with a shorter period than 1017h holds.
     ///
-    /// 固件中的任务过载或重新启动, 本地操作, 或者另一个节点使用了同一个节点ID。
-    /// An overloaded or restarted firmware task, local operation, or a second node with this node-ID.
+    /// 固件中的任务过载或重新启动, 固件未采用写入的值, 本地操作, 或者另一个节点使用了同一个节点ID。
+    /// An overloaded or restarted firmware task, firmware that does not take the value written, local operation, or a second node with this node-ID.
     Hbt007 "HBT007" "heartbeat-period-changed" Warning "CiA 301 7.5.2.20" [ErrorControl, Nmt] {
-        message "心跳周期改变" "heartbeat period changed";
+        message "心跳周期改变或不符" "heartbeat period changed or not as configured";
+        Faster [reason = "period"] { found: Ns, expected: Ns }
+            "心跳周期为{found}, 而1017h为{expected}" "heartbeat period is {found}, 1017h holds {expected}";
         Changed { from: Ns, to: Ns } "心跳周期由{from}变为{to}" "heartbeat period changed from {from} to {to}";
     }
 }

@@ -1,7 +1,8 @@
 //! Two nodes with one node-ID, found by alternating states or by two series of heartbeats.
 //!
-//! A second series shows if the heartbeats of a known period go on in turn and others come evenly between them, or,
-//! with no known period, if gaps alternate. Single additional heartbeats are legal.
+//! A second series shows if the heartbeats of a known period go on in turn and others come evenly between them, or if
+//! gaps alternate. Gaps that are all the same are those of one series, however long its period was before. Single
+//! additional heartbeats are legal.
 
 use crate::bytes::frame::FrameRef;
 use crate::bytes::ns::Ns;
@@ -21,6 +22,31 @@ const ALTERNATIONS: u8 = 4;
 /// Minimum difference of alternating gaps, in ns; the stamps of a loaded host vary by less.
 const APART_NS: Ns = Ns::from_ms(10);
 
+/// Consecutive gaps that agree.
+#[derive(Clone, Copy, Debug, Default)]
+struct EvenRun {
+    least: Ns,
+    most: Ns,
+    total: Ns,
+    count: usize,
+}
+
+impl EvenRun {
+    fn add(&mut self, gap: Ns) {
+        let (least, most) = (self.least.min(gap), self.most.max(gap));
+        *self = if self.count > 0 && most - least <= uneven(most) {
+            Self { least, most, total: self.total + gap, count: self.count.saturating_add(1) }
+        } else {
+            Self { least: gap, most: gap, total: gap, count: 1 }
+        };
+    }
+
+    /// Returns true if they are many, and last for longer than a period: none comes between, and none of that period.
+    fn is_one_series(&self, period: Ns) -> bool {
+        self.count >= GAPS && self.total > period + self.most
+    }
+}
+
 /// The place of a heartbeat in its series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SeriesPlace {
@@ -36,8 +62,9 @@ pub(super) struct DuplicateId {
     found: bool,
     alternations: u8,
     before: Option<u8>,
-    /// The latest gaps, latest last.
+    /// The latest gaps, latest last; and those in a row that agree.
     gaps: Vec<Ns>,
+    run: EvenRun,
     /// Time since the last heartbeat in turn, in ns.
     since_turn: Ns,
     /// Time since the last additional heartbeat, in ns, and the gaps between those so far.
@@ -49,6 +76,11 @@ impl DuplicateId {
     /// Returns true if two nodes were reported.
     pub(super) fn is_found(&self) -> bool {
         self.found
+    }
+
+    /// Returns true if the heartbeats are certainly those of one node whose period was `period` ns, or should be.
+    pub(super) fn is_one_series(&self, period: Ns) -> bool {
+        !self.found && self.run.is_one_series(period)
     }
 
     /// Takes a command, after which a change of state is no evidence.
@@ -80,6 +112,7 @@ impl DuplicateId {
         (self.since_turn, self.since_additional) = (Ns::ZERO, Ns::ZERO);
         self.gaps.clear();
         self.additional.clear();
+        self.run = EvenRun::default();
     }
 
     /// Takes a gap between two heartbeats in the same state. `uncertain`: maximum error of stamps, in ns.
@@ -96,18 +129,19 @@ impl DuplicateId {
             self.gaps.remove(0);
         }
         self.gaps.push(gap.min(Ns::MAX / 1024));
+        self.run.add(gap);
         let known = period.expected().filter(|known| known.confidence == Confidence::Certain);
         let Some(known) = known else {
             (self.since_turn, self.since_additional) = (Ns::ZERO, Ns::ZERO);
-            self.alternating(node, period.usual_ns(), (last, uncertain), cx);
+            self.alternating(node, [period.usual_ns(), None], (last, uncertain), cx);
             return SeriesPlace::InTurn(gap);
         };
-        let configured =
-            period.configured_ns().filter(|configured| (*configured / 5 * 2..=*configured / 5 * 3).contains(&known.ns));
-        if let Some(configured) = configured {
-            self.find(node, Hbt004::HalfPeriod { found: known.ns, expected: configured }, last, cx);
+        self.alternating(node, [period.usual_ns(), Some(known.ns)], (last, uncertain), cx);
+        if self.run.is_one_series(known.ns) {
+            (self.since_turn, self.since_additional) = (Ns::ZERO, Ns::ZERO);
+            self.additional.clear();
+            return SeriesPlace::InTurn(gap);
         }
-        self.alternating(node, period.usual_ns(), (last, uncertain), cx);
         let room = (known.ns / 16).max(known.deviation_ns * 2).max(2 * uncertain).min(known.ns / 4);
         let turn = self.since_turn + gap;
         self.since_additional += gap;
@@ -124,11 +158,6 @@ impl DuplicateId {
         self.additional.push(std::mem::take(&mut self.since_additional));
         self.series(node, known.ns, last, cx);
         SeriesPlace::Additional
-    }
-
-    /// Reports heartbeats that come twice as often as before without a change of their period.
-    pub(super) fn halved(&mut self, node: u8, period: Ns, last: FrameRef, cx: &mut Context<'_>) {
-        self.find(node, Hbt004::Series { one: period, other: period }, last, cx);
     }
 
     /// Reports additional heartbeats that form a series. The time to the first of them does not count.
@@ -159,13 +188,19 @@ impl DuplicateId {
         (self.gaps.len() == GAPS && steady).then_some((one, two))
     }
 
-    /// Reports alternating gaps. If two of them are the period from a configuration or from before a reset (`usual`),
+    /// Reports alternating gaps. If two of them are the period as configured, from before a reset, or as learnt (`usual`),
     /// each of two nodes keeps it; otherwise they must differ by more than a slow task explains.
-    fn alternating(&mut self, node: u8, usual: Option<Ns>, (last, uncertain): (FrameRef, Ns), cx: &mut Context<'_>) {
+    fn alternating(
+        &mut self,
+        node: u8,
+        usual: [Option<Ns>; 2],
+        (last, uncertain): (FrameRef, Ns),
+        cx: &mut Context<'_>,
+    ) {
         let Some((one, two)) = self.alternate() else { return };
         let (whole, apart) = (one + two, (one - two).abs());
         let room = ((whole / 32) + uncertain).abs();
-        let kept = usual.is_some_and(|usual| whole.abs_diff(usual) <= room);
+        let kept = usual.into_iter().flatten().any(|usual| whole.abs_diff(usual) <= room);
         if apart > APART_NS && (kept || apart > whole / 4) {
             self.find(node, Hbt004::Gaps { one, other: two }, last, cx);
         }
@@ -182,10 +217,15 @@ impl DuplicateId {
     }
 }
 
-/// Returns true if gaps differ by no more than an eighth, or 4 ms.
+/// Returns true if gaps differ by no more than those of one series.
 fn even<'a>(gaps: impl Iterator<Item = &'a Ns> + Clone) -> bool {
     let most = gaps.clone().max().copied().unwrap_or(Ns::ZERO);
-    spread(gaps) <= (most / 8).max(Ns(4_000_000))
+    spread(gaps) <= uneven(most)
+}
+
+/// Returns the maximum difference of the gaps of one series whose longest is `most`: an eighth, or 4 ms.
+fn uneven(most: Ns) -> Ns {
+    (most / 8).max(Ns(4_000_000))
 }
 
 /// Returns the difference between the longest and the shortest gap.

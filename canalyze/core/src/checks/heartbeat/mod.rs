@@ -2,7 +2,8 @@
 //!
 //! A producer is monitored from its first heartbeat on, as consumers do. Its period is learnt from its heartbeats, and
 //! until then taken from 1017h in the capture or a DCF. A node counts as lost after the consumer time (1016h), or after
-//! three periods. Additional heartbeats are legal. A silence of the whole bus is blamed on no node: heartbeats expected
+//! three periods. Behind a boot-up another program may run, so that a period learnt before it is a guess until heartbeats
+//! show it again. A period that does not follow 1017h, slower or faster, or that changes, is one fault. Additional heartbeats are legal. A silence of the whole bus is blamed on no node: heartbeats expected
 //! in it are due again after it. Verdicts need stamps, except those on states. Two nodes with one node-ID are found in
 //! `duplicate_id`.
 
@@ -31,9 +32,13 @@ use crate::world::node::{Node, PerNode};
 const LEAST_SLACK_NS: Ns = Ns::from_ms(20);
 /// The shortest period, in ns (1017h counts in ms). Shorter gaps come from a buffer and show no period.
 const SHORTEST_NS: Ns = Ns::from_ms(1);
-/// Number of gaps that show the period before a change, if they deviate from it by at most 1/`EVEN_PART`.
+/// Number of gaps that show a period; and the part of a time by which equal ones differ at most.
 const SHOWN: usize = 3;
 const EVEN_PART: i64 = 16;
+/// Number of periods from before a boot-up, and minimum time in ns, without a heartbeat after which a node is lost that has
+/// not shown its new period.
+const GUESSED: i64 = 10;
+const GUESSED_NS: Ns = Ns::from_s(5);
 /// Sub-indices of 1016h.
 const CONSUMED: std::ops::RangeInclusive<u8> = 1..=127;
 
@@ -46,6 +51,10 @@ struct Producer {
     /// The last state if CiA 301 does not define it.
     unknown: Option<u8>,
     period: Period,
+    /// The node has booted since its period was learnt.
+    rebooted: bool,
+    /// The period was judged against 1017h.
+    compared: bool,
     /// The resolution of the stamps that the period was learnt from, in ns.
     resolution_ns: Ns,
     /// 1017h holds 0.
@@ -180,6 +189,7 @@ impl Heartbeats {
         producer.period.doubt();
         (producer.last, producer.start, producer.late, producer.unjudged) = (None, Start::Over, None, None);
         (producer.requested_ns, producer.begins_late, producer.reported) = (Some(ns), false, None);
+        producer.compared = false;
         // The write restarts the period. If the server refuses it, the old one continues.
         if self.owed.met(node).is_some() && ns > Ns::ZERO {
             let period = before.max(ns);
@@ -201,7 +211,7 @@ impl Heartbeats {
         }
         if self.owed.get(node).is_some_and(|owed| owed.why.is_none()) {
             producer.period.forget();
-            producer.last = None;
+            (producer.last, producer.compared) = (None, false);
             self.owed.met(node);
         }
     }
@@ -221,6 +231,7 @@ impl Heartbeats {
         cx.evidence.circumstances.over(CircumstanceKind::NodeLost, node);
         let producer = self.producers.entry(node);
         (producer.seen, producer.start) = (true, Start::Booted(cx.when));
+        producer.rebooted = true;
     }
 
     /// Takes a frame with bit 7 from a node that sends heartbeats and is not guarded: a heartbeat whose state does not
@@ -388,6 +399,10 @@ impl Heartbeats {
         let what = match (producer.start, producer.consumer) {
             (Start::Written(_, expected), _) => Hbt002::AfterWrite { silence, expected },
             (_, Some(time)) if time >= limit => Hbt002::ConsumerTime { silence, limit },
+            _ if producer.is_guessed() => {
+                let period = producer.expected().unwrap_or(Ns::ZERO);
+                Hbt002::AfterBoot { silence, limit, period }
+            }
             _ => Hbt002::Limit { silence, limit },
         };
         let finding = cx.verdict(what, Some(node), None, Some(last.at));
@@ -417,7 +432,7 @@ impl Producer {
         let known = self.period.learnt_ns();
         if configured != before && !configured.is_some_and(|ns| known.is_some_and(|known| alike(known, ns))) {
             self.period.doubt();
-            self.late = None;
+            (self.late, self.compared) = (None, false);
             self.last = self.last.filter(|_| !self.off);
             self.duplicate = DuplicateId::default();
         }
@@ -428,7 +443,7 @@ impl Producer {
         self.period.doubt();
         (self.last, self.state, self.late, self.lost) = (None, None, None, None);
         (self.start, self.paused_ns, self.unjudged, self.requested_ns) = (Start::Over, Ns::ZERO, None, None);
-        (self.begins_late, self.reported) = (false, None);
+        (self.begins_late, self.reported, self.compared) = (false, None, false);
         self.duplicate = DuplicateId::default();
     }
 
@@ -450,6 +465,11 @@ impl Producer {
         (known.ns >= LEAST_SLACK_NS || known.confidence != Confidence::Likely).then_some(known.ns)
     }
 
+    /// Returns true if the period is known from before a boot-up only.
+    fn is_guessed(&self) -> bool {
+        self.rebooted && !self.period.is_known()
+    }
+
     /// Returns the tolerance for a late heartbeat, in ns.
     fn slack(&self) -> Ns {
         self.period.expected().map_or(LEAST_SLACK_NS, |known| slack(known.ns, known.confidence) + known.deviation_ns)
@@ -462,6 +482,7 @@ impl Producer {
         }
         match (self.consumer, self.expected()) {
             (Some(time), Some(period)) => Some(time.max(period + self.slack())),
+            (None, Some(period)) if self.is_guessed() => Some((period * GUESSED).max(GUESSED_NS)),
             (None, Some(period)) => Some(period * 3 + self.slack()),
             (time, None) => time,
         }
@@ -533,39 +554,46 @@ impl Producer {
             SeriesPlace::Additional => return,
         };
         let before = self.period.expected();
-        let (from, to, since) = match self.period.take(gap, uncertain, cx.at) {
+        let learnt = self.period.take(gap, uncertain, cx.at);
+        self.rebooted &= self.period.learnt_ns().is_none();
+        let (from, to, since) = match learnt {
             Learnt::Changed { from_ns, to_ns, since } => (from_ns, to_ns, since),
-            Learnt::First => return self.certain(node, cx),
-            Learnt::Nothing => return self.known(node, cx),
+            Learnt::First | Learnt::Nothing => {
+                self.known(node, cx);
+                return self.compare(node, learnt == Learnt::First, cx);
+            }
         };
-        let halved = alike(from, to * 2);
-        // A few heartbeats do not show the period: the change may be older than the recording. Fewer suffice, if even,
-        // to show that another node sends in half phase.
+        // A few heartbeats do not show the period: the change may be older than the recording.
         let configured = self.period.configured_ns().is_some_and(|ns| alike(ns, from));
-        let even = |known: &Expected| known.gaps >= SHOWN && known.deviation_ns <= known.ns / EVEN_PART;
-        let certain = |known: &Expected| known.confidence == Confidence::Certain;
-        let shown = before.is_some_and(|known| certain(&known) || halved && even(&known));
-        if !(configured || shown) || alike(from, to) || self.duplicate.is_found() {
+        let certain = before.is_some_and(|known| known.confidence == Confidence::Certain);
+        if !(configured || certain) || alike(from, to) || self.duplicate.is_found() {
             return;
         }
-        if halved {
-            return self.duplicate.halved(node, from, last.at, cx);
-        }
+        self.compared = true;
         // Its first gap was late already.
         let because_of = self.late.map(|(_, first, _)| first).or(self.lost.map(|(at, _)| at));
         let finding = cx.verdict(Hbt007::Changed { from, to }, Some(node), None, None);
         cx.report_timed(Finding { at: since, because_of, ..finding });
     }
 
-    /// Judges a period that has become certain against 1017h.
-    fn certain(&mut self, node: u8, cx: &mut Context<'_>) {
-        self.known(node, cx);
-        let (Some(found), Some(expected)) = (self.period.learnt_ns(), self.period.configured_ns()) else { return };
-        let least = found - self.resolution_ns;
-        let slower = least > expected && !alike(least, expected);
-        if slower && !self.duplicate.is_found() {
+    /// Judges a certain period against 1017h, once: the `first`. A shorter one may be that of two nodes, until many gaps
+    /// agree.
+    fn compare(&mut self, node: u8, first: bool, cx: &mut Context<'_>) {
+        let certain = self.period.expected().filter(|known| known.confidence == Confidence::Certain);
+        let (Some(known), Some(expected)) = (certain, self.period.configured_ns()) else { return };
+        let found = known.ns;
+        let (least, most) = (found - self.resolution_ns, found + self.resolution_ns);
+        let slower = first && least > expected && !alike(least, expected);
+        let faster = most < expected && !alike(most, expected);
+        if self.compared || self.duplicate.is_found() || faster && !self.duplicate.is_one_series(expected) {
+            return;
+        }
+        self.compared = true;
+        if slower {
             let finding = cx.verdict(Hbt001::Slower { found, expected }, Some(node), None, None);
             cx.report_timed(Finding { because_of: self.reported, ..finding });
+        } else if faster {
+            cx.report_timed(cx.verdict(Hbt007::Faster { found, expected }, Some(node), None, None));
         }
     }
 
@@ -601,7 +629,7 @@ impl Producer {
             }
             Start::First(found, first) if recording.teaches(cx.when) => {
                 let Some(second) = recording.between(first, cx.when) else { return };
-                let Some(expected) = self.expected() else {
+                let Some(expected) = self.expected().filter(|_| self.period.is_known()) else {
                     // A boot-up is the first heartbeat of a node that sends them from then on.
                     if equal(found, second) {
                         self.period.take(found, recording.resolution_ns(), cx.at);

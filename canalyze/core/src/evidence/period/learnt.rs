@@ -13,8 +13,11 @@ const KEPT: usize = 16;
 /// Number of agreeing gaps that make a period, and that make it certain.
 const LIKELY: usize = 2;
 const CERTAIN: usize = 5;
-/// Number of consecutive gaps of another length that change the period.
+/// Number of consecutive gaps of another length that change the period; and the number if each is longer than this many
+/// periods: of the frames between, all would be missing each time.
 const CHANGED: u32 = 6;
+const CHANGED_LONG: u32 = 3;
+const LONG: i64 = 3;
 /// Gaps agree if they differ by less than this part of the period, or by less than twice the usual deviation.
 const AGREE_PART: i64 = 32;
 /// The mean of [`KEPT`] gaps has changed if it differs by more than this part: clocks differ by less, and single gaps
@@ -261,7 +264,7 @@ impl Period {
             *rival = Rival { sum_ns: gap_ns, least_ns: gap_ns, most_ns: gap_ns, count: 1, since: at };
             return Learnt::Nothing;
         }
-        if rival.count < CHANGED {
+        if rival.count < if rival.least_ns > known * LONG { CHANGED_LONG } else { CHANGED } {
             return Learnt::Nothing;
         }
         let Rival { sum_ns, least_ns, most_ns, count, since } = std::mem::take(rival);
