@@ -89,9 +89,9 @@ class Pipeline:
                 raise AssertionError(f"the output ended early: {self.errors.read_text()}")
 
     def wait_until_it_listens(self) -> None:
-        """Sends probes until one comes out, and a last one that ends them."""
-        for _ in range(100):
-            cansend(f"{PROBE}#")
+        """Sends probes until one comes out, and a last one that ends them. No two are equal, as if captured twice."""
+        for number in range(100):
+            cansend(f"{PROBE}#{number:04X}")
             if self.line(is_frame(PROBE), within_s=0.5):
                 cansend(f"{LAST}#")
                 assert self.line(is_frame(LAST)), "the second probe did not come"
