@@ -123,7 +123,8 @@ def _answer(step: Step, folder: Path) -> list[str]:
     if line.startswith("canalyze"):
         line, _, name = line.partition(" <")
         stdin = (folder / name).read_bytes() if name else b""
-        done = forked.run(shlex.split(line)[1:], stdin=stdin, cwd=folder, env=environment(**env), timeout_s=120)
+        words, env = shlex.split(line)[1:], environment(**env)
+        done = forked.run(words, stdin=stdin, cwd=folder, env=env, timeout_s=120, kept=True)
     else:
         line = line.replace("<<.", "<<'.'")
         given = "".join(f"\n{text[2:]}" for text in step.given)

@@ -3,6 +3,8 @@
 Why it exists: the tests run some thousands of command lines, and most of the time of each would go into the start of
 Python. A fork has streams, directory, environment, signals and an end of its own, as a process that was started. What
 differs is that modules were loaded before: where a variable has a say in how Python starts, it is really started.
+Three quarters of the time of a short command line go into the fork. Where hundreds of them are alike, `kept` has one
+process answer them one after the other, with streams, directory and environment of their own.
 What it must not do: be used by tests of the start itself, or of what is loaded.
 """
 
@@ -26,7 +28,7 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import NoReturn
+from typing import Any, NoReturn
 
 OF_PYTHON = ("PYTHON", "LC_", "LANG", "LD_")
 """How variables are called that have a say in how Python starts; LC_MESSAGES has none."""
@@ -35,15 +37,28 @@ _WORD = 8
 
 
 def run(
-    arguments: Sequence[str], *, stdin: bytes = b"", cwd: Path | None = None, env: Mapping[str, str], timeout_s: float
+    arguments: Sequence[str],
+    *,
+    stdin: bytes = b"",
+    cwd: Path | None = None,
+    env: Mapping[str, str],
+    timeout_s: float,
+    kept: bool = False,
 ) -> subprocess.CompletedProcess[bytes]:
-    """Runs `canalyze` with these arguments to its end, all three streams being pipes."""
+    """Runs `canalyze` with these arguments to its end, all three streams being pipes.
+
+    `kept`: in a process that has answered others before; for command lines that read and write, and no more.
+    """
     wanted = of_python(env)
     if not forks(env):
         line = [sys.executable, "-m", "canalyze", *arguments]
         return subprocess.run(line, input=stdin, capture_output=True, cwd=cwd, env=env, timeout=timeout_s, check=False)
-    forker = _forker(os.getpid(), tuple(sorted(wanted.items())))
-    return forker.run(arguments, stdin, cwd or Path.cwd(), env, timeout_s)
+    forker = _forker(os.getpid(), tuple(sorted(wanted.items())), kept=kept)
+    try:
+        return forker.run(arguments, stdin, cwd or Path.cwd(), env, timeout_s)
+    finally:
+        if forker.ended:  # by this command line, or since it took too long: another one is kept for the next
+            _forker.cache_clear()
 
 
 def forks(env: Mapping[str, str]) -> bool:
@@ -63,22 +78,22 @@ _USUAL = {name: value for name, value in _GIVEN.items() if name not in ("LC_ALL"
 
 
 @cache
-def _forker(process: int, wanted: tuple[tuple[str, str], ...]) -> _Forker:
+def _forker(process: int, wanted: tuple[tuple[str, str], ...], *, kept: bool) -> _Forker:
     """The one of this process, started with these variables."""
-    found = _Forker(dict(wanted))
+    found = _Forker(dict(wanted), kept=kept)
     atexit.register(found.close)
     return found
 
 
 class _Forker:
-    """The process that forks, seen from outside; it ends with who started it."""
+    """The process that forks, or that is kept, seen from outside; it ends with who started it."""
 
-    def __init__(self, wanted: Mapping[str, str]) -> None:
+    def __init__(self, wanted: Mapping[str, str], *, kept: bool) -> None:
         others = {name: value for name, value in os.environ.items() if not name.startswith(OF_PYTHON)}
         self._asking, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs:
             self._process = subprocess.Popen(
-                [sys.executable, str(Path(__file__).resolve()), str(theirs.fileno())],
+                [sys.executable, str(Path(__file__).resolve()), str(theirs.fileno()), "kept" if kept else "forks"],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 env=others | dict(wanted),
@@ -107,8 +122,14 @@ class _Forker:
             os.kill(process, signal.SIGKILL)
             raise subprocess.TimeoutExpired(list(arguments), timeout_s) from None
         finally:
-            status = int.from_bytes(self._asking.recv(_WORD), "little")
-        return subprocess.CompletedProcess(list(arguments), os.waitstatus_to_exitcode(status), out, err)
+            told = self._asking.recv(_WORD)
+            code = os.waitstatus_to_exitcode(int.from_bytes(told, "little")) if told else self._process.wait()
+        return subprocess.CompletedProcess(list(arguments), code, out, err)
+
+    @property
+    def ended(self) -> bool:
+        """Whether it is there no more, as one that is kept where a command line ends it."""
+        return self._process.poll() is not None
 
 
 def _exchange(to_stdin: int, stdin: bytes, from_stdout: int, from_stderr: int, end: float) -> tuple[bytes, bytes]:
@@ -150,10 +171,10 @@ def _exchange(to_stdin: int, stdin: bytes, from_stdout: int, from_stderr: int, e
     return b"".join(told[from_stdout]), b"".join(told[from_stderr])
 
 
-# What follows runs in the process that forks.
+# What follows runs in the process that forks, or is kept.
 
 
-def _serve(asked: socket.socket) -> None:
+def _serve(asked: socket.socket, *, kept: bool) -> None:
     from canalyze import __main__, cli
 
     group = cli.build("en")
@@ -165,24 +186,58 @@ def _serve(asked: socket.socket) -> None:
         text, streams, *_ = socket.recv_fds(asked, 1 << 20, 3)
         if not text:
             return
+        if kept:
+            asked.send(os.getpid().to_bytes(_WORD, "little"))
+            asked.send((_kept_run(json.loads(text), streams) << 8).to_bytes(_WORD, "little"))
+            continue
         process = os.fork()
         if process == 0:
             asked.close()
-            request = json.loads(text)
-            for number, stream in enumerate(streams):
-                os.dup2(stream, number)
-                os.close(stream)
-            sys.argv = [str(__main__.__file__), *request["arguments"]]
-            sys.path[0] = request["cwd"]
-            os.chdir(request["cwd"])
-            os.environ.clear()
-            os.environ.update(request["env"])
-            time.tzset()
+            _enter(json.loads(text), streams)
             _end(_run(__main__.main))
         for stream in streams:
             os.close(stream)
         asked.send(process.to_bytes(_WORD, "little"))
         asked.send(os.waitpid(process, 0)[1].to_bytes(_WORD, "little"))
+
+
+def _enter(request: dict[str, Any], streams: Sequence[int]) -> None:
+    """Makes a request's streams, directory and environment those of this process."""
+    from canalyze import __main__
+
+    for number, stream in enumerate(streams):
+        os.dup2(stream, number)
+        os.close(stream)
+    sys.argv = [str(__main__.__file__), *request["arguments"]]
+    sys.path[0] = request["cwd"]
+    os.chdir(request["cwd"])
+    os.environ.clear()
+    os.environ.update(request["env"])
+    time.tzset()
+
+
+def _kept_run(request: dict[str, Any], streams: Sequence[int]) -> int:
+    """Runs a command line in this process, and leaves it as it was; its exit code."""
+    from canalyze import __main__
+
+    _enter(request, streams)
+    opened = sys.stdin, sys.stdout, sys.stderr
+    handlers = [(one, signal.getsignal(one)) for one in (signal.SIGINT, signal.SIGTERM, signal.SIGPIPE)]
+    for name, file, mode in zip(("stdin", "stdout", "stderr"), opened, "rww", strict=True):
+        fresh = open(file.fileno(), mode, encoding=file.encoding, errors=file.errors, closefd=False)  # noqa: SIM115
+        setattr(sys, name, fresh)
+    code = _finished(_run(__main__.main))
+    for thread in threading.enumerate():
+        if thread is not threading.main_thread() and not thread.daemon:
+            thread.join()
+    sys.stdin, sys.stdout, sys.stderr = opened
+    for one, handler in handlers:
+        signal.signal(one, handler)
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for number in range(3):
+        os.dup2(nothing, number)
+    os.close(nothing)
+    return code
 
 
 def _load() -> None:
@@ -210,18 +265,23 @@ def _run(main: object) -> object:
 
 def _end(code: object) -> NoReturn:
     """Ends as the interpreter does."""
+    threading._shutdown()  # type: ignore[attr-defined]
+    os._exit(_finished(code))
+
+
+def _finished(code: object) -> int:
+    """The exit code of what has returned or raised this, once all is written."""
     if code is not None and not isinstance(code, int):
         print(code, file=sys.stderr)
         code = 1
-    threading._shutdown()  # type: ignore[attr-defined]
     atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
         except (OSError, ValueError):
             code = code or 120
-    os._exit((code or 0) & 0xFF)
+    return (code or 0) & 0xFF
 
 
 if __name__ == "__main__":
-    _serve(socket.socket(fileno=int(sys.argv[1])))
+    _serve(socket.socket(fileno=int(sys.argv[1])), kept=sys.argv[2] == "kept")

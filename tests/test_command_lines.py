@@ -100,7 +100,7 @@ def transcript(command_lines: Sequence[tuple[str, str]], folder: Path, *, whole:
         args, _, name = line.partition("< ")
         stdin = (folder / name).read_bytes() if name else b""
         env = environment(CANALYZE_LANG=lang, XDG_CONFIG_HOME="/dev/null")
-        done = forked.run(args.split(), stdin=stdin, cwd=folder, env=env, timeout_s=120)
+        done = forked.run(args.split(), stdin=stdin, cwd=folder, env=env, timeout_s=120, kept=True)
         lines = done.stdout.decode("utf-8", "replace").splitlines()
         if not whole:
             lines = outline(lines) if line.endswith("--help") else first(lines)

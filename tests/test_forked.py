@@ -1,12 +1,14 @@
-"""That the tests are as fast as they can be: what they run by the thousand is forked, not started."""
+"""That the tests are as fast as they can be: what they run by the thousand is forked, not started, or kept."""
 
 from __future__ import annotations
 
 import os
+import subprocess
+from pathlib import Path
 
 import forked
 import pytest
-from conftest import environment
+from conftest import NOTES, environment
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no forks here")
@@ -19,3 +21,35 @@ def test_the_usual_command_lines_are_forked() -> None:
 @pytest.mark.parametrize("name", ["PYTHONUTF8", "PYTHONIOENCODING", "LC_ALL", "LD_PRELOAD"])
 def test_what_has_a_say_in_the_start_is_started(name: str) -> None:
     assert not forked.forks(environment(**{name: "another"}))
+
+
+LINES = [
+    ["--version"],
+    ["decode", "-"],
+    ["decode", "missing.log"],
+    ["check", "--format", "jsonl", "-"],
+    ["--no-such"],
+    [],
+]
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_one_that_is_kept_answers_as_a_fork(lang: str, tmp_path: Path) -> None:
+    """Whatever it has answered before: in another language and directory, or refusals."""
+    for number, line in enumerate(LINES * 2):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        env = environment(CANALYZE_LANG=lang)
+        fork, kept = (
+            forked.run(line, stdin=NOTES.encode(), cwd=folder, env=env, timeout_s=60, kept=kept)
+            for kept in (False, True)
+        )
+        assert (kept.returncode, kept.stdout, kept.stderr) == (fork.returncode, fork.stdout, fork.stderr), line
+
+
+def test_one_that_is_kept_and_ends_is_no_loss(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "fifo")
+    with pytest.raises(subprocess.TimeoutExpired):
+        forked.run(["decode", "fifo"], cwd=tmp_path, env=environment(), timeout_s=0.2, kept=True)
+    done = forked.run(["--version"], cwd=tmp_path, env=environment(), timeout_s=60, kept=True)
+    assert done.returncode == 0 and done.stdout

@@ -43,7 +43,7 @@ class Said:
 def run(*arguments: str, folder: Path) -> tuple[int, str, str]:
     """Runs a command line; its exit code, and both streams."""
     env = {**os.environ, "CANALYZE_LANG": "en"}
-    done = forked.run(arguments, cwd=folder, env=env, timeout_s=30)
+    done = forked.run(arguments, cwd=folder, env=env, timeout_s=30, kept=True)
     return done.returncode, done.stdout.decode(), done.stderr.decode()
 
 
