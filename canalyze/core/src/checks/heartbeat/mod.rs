@@ -588,7 +588,7 @@ impl Producer {
         if self.compared || self.duplicate.is_found() || faster && !self.duplicate.is_one_series(expected) {
             return;
         }
-        self.compared = true;
+        self.compared = first || faster;
         if slower {
             let finding = cx.verdict(Hbt001::Slower { found, expected }, Some(node), None, None);
             cx.report_timed(Finding { because_of: self.reported, ..finding });
