@@ -256,7 +256,7 @@ def placed(finding: Row) -> str:
 def run_canalyze(arguments: Sequence[str | Path], *, expected_exit: int = 0, folder: Path | None = None) -> bytes:
     """Standard output of the command line program, run in this folder; its exit status must be the expected one."""
     line = [str(argument) for argument in arguments]
-    done = forked.run(line, cwd=folder, env=os.environ, timeout_s=600)
+    done = forked.run(line, cwd=folder, env=os.environ, timeout_s=600, kept=True)
     if done.returncode != expected_exit:
         raise AssertionError(f"{line} ended with {done.returncode}:\n{done.stderr.decode(errors='replace')}")
     return done.stdout

@@ -117,9 +117,15 @@ Runner = Callable[..., Done]
 @pytest.fixture
 def canalyze(tmp_path: Path) -> Runner:
     """Run one command line to its end, in an empty directory."""
+    return runner(tmp_path)
+
+
+def runner(folder: Path, *, kept: bool = False) -> Runner:
+    """Runs command lines there; `kept`: in one process, for files that have many which only read and write."""
 
     def run(*args: str, stdin: bytes | None = None, env: dict[str, str] | None = None) -> Done:
-        done = forked.run(args, stdin=stdin or b"", cwd=tmp_path, env=environment(**(env or {})), timeout_s=120)
+        ours = environment(**(env or {}))
+        done = forked.run(args, stdin=stdin or b"", cwd=folder, env=ours, timeout_s=120, kept=kept)
         return Done(done.returncode, done.stdout.decode(), done.stderr.decode())
 
     return run

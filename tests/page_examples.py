@@ -210,7 +210,8 @@ def _said(command: list[str], folder: Path, lang: str) -> str:
     env = environment(folder, lang)
     if command[0] == "canalyze":
         others = {name: value for name, value in env.items() if not name.startswith(forked.OF_PYTHON)}
-        done = forked.run(command[1:], cwd=folder, env=others | forked.of_python(os.environ), timeout_s=120)
+        ours = others | forked.of_python(os.environ)
+        done = forked.run(command[1:], cwd=folder, env=ours, timeout_s=120, kept=True)
     else:
         done = subprocess.run(command, cwd=folder, env=env, stdin=subprocess.DEVNULL, capture_output=True, check=False)
     if done.returncode not in ((0,) if command[-1].startswith("pytest") else (0, 1)):

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from conftest import NOTES, Runner, environment
+from conftest import NOTES, Runner, environment, runner
 
 from canalyze.sources.compressed import PIECE, Damage, Unpacked
 
@@ -21,6 +21,12 @@ if sys.version_info >= (3, 14):
     from compression import zstd
 else:
     from backports import zstd
+
+
+@pytest.fixture
+def canalyze(tmp_path: Path) -> Runner:
+    """One process runs all of them: there are many, and they only read and write."""
+    return runner(tmp_path, kept=True)
 
 
 def _zstd(data: bytes) -> bytes:

@@ -18,7 +18,7 @@ import faults_of_sdo as of_sdo
 import pytest
 from captures import SAMPLES, SHARED, CanFrame, Row, console_text, described_beside, log_text, read_log
 from comparing import Compared, compared, jittered, late_echoes, renamed
-from conftest import Runner
+from conftest import Runner, runner
 
 from canalyze import _core
 
@@ -39,6 +39,12 @@ SESSIONS = [
     if path.stem not in ("services", "usdo", "zephyr-sdo", "zephyr-sdo-causal", "sdo-abort")
 ]
 """Sessions without faults, as far as they can be read here; in sdo-abort the order of frames is what is wrong."""
+
+
+@pytest.fixture
+def canalyze(tmp_path: Path) -> Runner:
+    """One process runs all of them: there are many, and they only read and write."""
+    return runner(tmp_path, kept=True)
 
 
 def complaint(said: Compared) -> str:

@@ -16,12 +16,18 @@ from typing import Any
 
 import can
 import pytest
-from conftest import Runner
+from conftest import Runner, runner
 
 from canalyze._core import omission, sniff
 
 Frame = tuple[int, int, bytes]
 """Offset in ms, identifier, data."""
+
+
+@pytest.fixture
+def canalyze(tmp_path: Path) -> Runner:
+    """One process runs all of them: there are many, and they only read and write."""
+    return runner(tmp_path, kept=True)
 
 
 def session(count: int = 40) -> list[Frame]:

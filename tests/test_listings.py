@@ -11,7 +11,7 @@ from typing import Any, get_args
 
 import pytest
 from captures import SAMPLES
-from conftest import Runner
+from conftest import Runner, runner
 from test_cli_terminal import on_terminal
 
 from canalyze import _core
@@ -21,6 +21,12 @@ PROBLEMS = str(SAMPLES / "problems.log")
 ESCAPES = re.compile(r"\x1b\[[0-9;]*m")
 NUMBER = re.compile(r" *([0-9]+):  ")
 SHOWING = (["decode"], ["check"], ["summary"], ["sdo"], ["diagnose"])
+
+
+@pytest.fixture
+def canalyze(tmp_path: Path) -> Runner:
+    """One process runs all of them: there are many, and they only read and write."""
+    return runner(tmp_path, kept=True)
 
 
 def numbers(lines: list[str]) -> list[int]:
