@@ -206,7 +206,7 @@ def test_a_flood_of_equal_frames_is_one(apart: float) -> None:
     assert len(said.frames) == len(before.frames) + 2000
 
 
-@pytest.mark.parametrize("gap_us", [50, 100, 150])
+@pytest.mark.parametrize("gap_us", [100, 150])
 def test_an_adapter_that_is_read_now_and_then_lists_no_echo(gap_us: int) -> None:
     """Two cycles at a time, in a row: each SYNC was sent, and each is answered by a PDO that does not change."""
     net = booted(0.1).wait(0.5)

@@ -32,6 +32,8 @@ const PROOF: u16 = 8;
 const OTHERS: u16 = 2;
 /// The same for one CAN-ID that only a master uses, or whose copies come sooner than a bus can carry them.
 const ALONE: u16 = 16;
+/// Minimum number of frames of other CAN-IDs that are listed once.
+const ONCE: u32 = 4;
 /// Minimum ratio of equal frames that come soon to others that come as soon.
 const FETCHED: u32 = 4;
 /// Number of frames listed twice after which a CAN-ID of a node belongs to the proven sender.
@@ -324,7 +326,7 @@ impl Echoes {
             most = most.max(twice);
             alone = if shows { alone.max(twice) } else { alone };
         }
-        self.proven = all >= PROOF && all - most >= OTHERS || alone >= ALONE;
+        self.proven = (all >= PROOF && all - most >= OTHERS || alone >= ALONE) && self.others_come_once();
     }
 
     /// Decides the frames that wait and were sent twice, as their answers show.
@@ -332,6 +334,12 @@ impl Echoes {
         let mut undecided = std::mem::take(&mut self.undecided);
         undecided.retain(|one| !self.is_answered_twice(one.id));
         self.undecided = undecided;
+    }
+
+    /// Returns true if frames of other CAN-IDs are listed once, so that it is not the whole bus that is listed twice.
+    fn others_come_once(&self) -> bool {
+        let others = self.listed.iter().filter(|listed| !listed.followed);
+        others.map(|listed| u32::from(listed.once)).sum::<u32>() >= ONCE
     }
 
     /// Returns true if the recorder fetches frames now and then, and lists those of some time together.

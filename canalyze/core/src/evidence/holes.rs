@@ -179,8 +179,6 @@ pub(super) struct Holes {
     doubt: Option<HoleDoubt>,
     /// The numbers of the first frames after the last ones.
     found: Vec<u64>,
-    /// The beginning and the end of the last one, in ns.
-    last_ns: Option<(Ns, Ns)>,
     /// Time since which the recording is known to be continuous, in ns; a frame before it does not show when the next
     /// one is due.
     since_ns: Ns,
@@ -192,11 +190,6 @@ impl Holes {
     /// Returns true if a frame is the first one after a hole.
     pub(super) fn is_behind(&self, number: u64) -> bool {
         !self.found.is_empty() && self.found.contains(&number)
-    }
-
-    /// Returns true if a frame that was due at this time is missing in the last hole, with all others.
-    pub(super) fn lack(&self, due_ns: Ns) -> bool {
-        self.last_ns.is_some_and(|(from_ns, to_ns)| (from_ns..=to_ns).contains(&due_ns))
     }
 
     /// Returns the number of the first frame that may be after a hole not decided yet.
@@ -285,7 +278,6 @@ impl Holes {
             }
             self.found.push(doubt.first);
             self.since_ns = doubt.to_ns;
-            self.last_ns = Some((doubt.from_ns, doubt.to_ns));
             self.doubt = None;
         }
     }

@@ -19,7 +19,7 @@ use super::echoes::Echoes;
 use super::holes::Holes;
 use super::losses::Losses;
 use super::resolution::Resolution;
-use super::senders::{Missed, UNUSUAL_TENTHS};
+use super::senders::UNUSUAL_TENTHS;
 use super::stalls::{DRAIN_NS, SHORTEST_STALL_NS, Stalls, wire_ns};
 use super::when::When;
 
@@ -213,8 +213,7 @@ impl Recording {
         let (resolution_ns, wire_ns) = (self.resolution.ns(), wire_ns(frame));
         self.resolution.follow(frame, (now, Some(gap), wire_ns), Sighting::Original);
         let missed = self.stalls.follow_ordinary(frame, (now, gap), (gap < wire_ns, resolution_ns < wire_ns));
-        let alone = |missed: &Box<Missed>| resolution_ns < LATE_NS && !self.holes.lack(missed.at_ns);
-        self.single.follow(frame, missed.filter(alone));
+        self.single.follow(frame, missed.filter(|_| resolution_ns < LATE_NS));
         self.echoes.pass(frame, now);
         (self.last_ns, self.clock.latest_ns) = (Some(now), Some(now));
         if gap > DRAIN_NS {
@@ -280,14 +279,14 @@ impl Recording {
             let missed = self.stalls.follow(frame, (self.last_ns, now, silent_ns), happened.sighting, too_close);
             // A recording that shows frames twice does not lose them.
             let missed = missed.filter(|_| original && resolution_ns < LATE_NS);
-            self.stalls.decide_shown(&self.duplicates);
-            self.holes.follow(frame, now, &self.stalls);
-            self.single.follow(frame, missed.filter(|missed| !self.holes.lack(missed.at_ns)));
+            self.single.follow(frame, missed);
             self.last_ns = Some(now);
             self.clock.first_ns = self.clock.first_ns.or(Some(now));
             self.clock.latest_ns = Some(self.clock.latest_ns.map_or(now, |latest| latest.max(now)));
-        } else {
-            self.stalls.decide_shown(&self.duplicates);
+        }
+        self.stalls.decide_shown(&self.duplicates);
+        if let Some(now) = frame.t_ns {
+            self.holes.follow(frame, now, &self.stalls);
         }
         if silent_ns > DRAIN_NS {
             self.silence_ns = silent_ns;
