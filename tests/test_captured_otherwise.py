@@ -7,16 +7,20 @@ switched off and on; a master that looks for nodes or stops its SYNC. What it mu
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import product
 
 import pytest
 from captures import SAMPLES, Analysis, CanFrame, analyze, console_text, log_text, read_log, spaced
+from conftest import NOTES
 from diagnoses import diagnosed
 from network import OPERATIONAL, PRE_OP, PRE_OPERATIONAL, RESET_COMMUNICATION, START, Follower, Network, echoed_late
 from network_sessions import NODE, OTHER, SESSIONS
 from sdo_wire import Channel, block_download, block_upload, expedited_upload, segmented_upload
+
+from canalyze import _core
+from canalyze.running.reading import SessionOptions
 
 RECORDED = {path.stem: read_log(path.read_bytes()) for path in sorted((SAMPLES / "network").glob("*.log"))}
 """Recorded sessions of whole networks."""
@@ -71,6 +75,28 @@ def test_every_frame_twice(name: str) -> None:
 @pytest.mark.parametrize("name", ["boot-and-states", "remapping", "drive-states"])
 def test_every_frame_twice_without_stamps(name: str) -> None:
     quiet(analyze(console_text(copy for frame in RECORDED[name] for copy in (frame, frame))))
+
+
+def decoded_with_rests(lines: Iterable[str]) -> list[str]:
+    """The frames' lines of a pipe that comes to a rest behind each frame."""
+    session = _core.Session(SessionOptions("en", format="text"))
+    session.begin("-", False)
+    out = b""
+    for line in lines:
+        out += session.feed(f"{line}\n".encode()) + session.rest()
+    return [line for line in (out + session.end() + session.finish()).decode().splitlines() if line.startswith("can")]
+
+
+def test_equal_frames_before_a_rest_prove_nothing() -> None:
+    """A bus on which only a heartbeat was sent so far: no frame behind it is taken for one captured twice."""
+    shown = decoded_with_rests([*["can1  705   [1]  05"] * 4, *NOTES.splitlines()])
+    assert not [line for line in shown if "captured twice" in line]
+    assert "Zephyr RTOS/CANopenNode" in shown[-1]
+
+
+def test_every_frame_twice_before_each_rest() -> None:
+    shown = decoded_with_rests(line for line in NOTES.splitlines() for _ in range(2))
+    assert ["captured twice" in line for line in shown] == [False, True] * len(NOTES.splitlines())
 
 
 @pytest.mark.parametrize(

@@ -153,10 +153,10 @@ impl Duplicates {
         if found(&self.nearby) || found(&self.far) { Sighting::Duplicate } else { observed }
     }
 
-    /// Decides without further frames.
-    pub fn settle(&mut self) {
-        self.nearby.settle();
-        self.far.settle();
+    /// Decides without further frames. `over`: none will follow.
+    pub fn settle(&mut self, over: bool) {
+        self.nearby.settle(over);
+        self.far.settle(over);
     }
 
     /// Advances a live bus to `now_ns`; the decision is awaited only for a short time.
@@ -199,6 +199,9 @@ struct Copies {
     resolution_ns: Ns,
     /// Number of frames immediately followed by an equal one.
     pairs: u64,
+    /// True if the decision could not be awaited, and every frame is immediately followed by an equal one so far: no
+    /// proof, since a few frames may be equal by chance, but what holds until a frame is not.
+    in_pairs: bool,
     /// Distance of isolated frames to their duplicates in ns, their CAN-IDs, and the times of the duplicates in ns;
     /// latest last.
     apart_ns: VecDeque<(Ns, CanId, Ns)>,
@@ -225,6 +228,7 @@ impl Copies {
             count: 0,
             resolution_ns: Ns::ZERO,
             pairs: 0,
+            in_pairs: false,
             apart_ns: VecDeque::new(),
             following: 0,
             twice: 0,
@@ -254,20 +258,39 @@ impl Copies {
     }
 
     /// Decides without further frames. The capture shows frames twice if every frame so far, except the last one, was
-    /// immediately followed by an equal one.
-    fn settle(&mut self) {
+    /// immediately followed by an equal one. `over`: no further frames will follow; otherwise those that do may show that
+    /// it was chance.
+    fn settle(&mut self, over: bool) {
         if self.suspect.is_some() {
-            let at_once = self.pairs > 0 && self.count <= 2 * self.pairs + 1;
-            self.decide(self.proven || at_once);
+            let in_pairs = self.are_in_pairs();
+            if in_pairs && !over {
+                let mut open = None;
+                for seen in &self.recent {
+                    if open == Some(seen.key) {
+                        self.found.push(seen.number);
+                        open = None;
+                    } else {
+                        open = Some(seen.key);
+                    }
+                }
+            }
+            self.in_pairs = in_pairs && !over;
+            self.decide(self.proven || in_pairs && over);
             self.given_up = true;
         }
+        self.proven |= self.in_pairs && over;
+    }
+
+    /// Returns true if every frame so far, except the last one, was immediately followed by an equal one.
+    fn are_in_pairs(&self) -> bool {
+        self.pairs > 0 && self.count <= 2 * self.pairs + 1
     }
 
     /// Advances a live bus to `now_ns`.
     fn advance(&mut self, now_ns: Ns) {
         let since = self.suspect.and_then(|suspect| suspect.t_ns);
         if since.is_some_and(|since| now_ns - since > PATIENCE_NS) {
-            self.settle();
+            self.settle(false);
         }
     }
 
@@ -304,7 +327,12 @@ impl Copies {
             self.suspect.get_or_insert(now);
         }
         self.judge(&now);
-        if self.suspect.is_some() && again { Sighting::Suspect } else { Sighting::Original }
+        self.in_pairs &= self.are_in_pairs();
+        match again {
+            true if self.in_pairs => Sighting::Duplicate,
+            true if self.suspect.is_some() => Sighting::Suspect,
+            _ => Sighting::Original,
+        }
     }
 
     /// Returns true if an equal frame came shortly before and has no duplicate yet.
@@ -417,7 +445,7 @@ impl Copies {
             }
         }
         if self.suspect.is_some_and(|suspect| now.count - suspect.count >= KEPT) {
-            self.settle();
+            self.settle(false);
         } else if self.are_refuted() {
             self.decide(false);
         }

@@ -375,9 +375,10 @@ impl Recording {
         [stalls, duplicates, holes, losses, echoes].into_iter().flatten().min()
     }
 
-    /// Decides everything that is open by the evidence so far, since no further frames follow.
-    pub fn settle(&mut self) {
-        self.duplicates.settle();
+    /// Decides everything that is open by the evidence so far, since no further frames are there. `over`: none will
+    /// follow.
+    pub fn settle(&mut self, over: bool) {
+        self.duplicates.settle(over);
         self.echoes.settle();
         self.stalls.settle(&self.duplicates);
         self.holes.settle();

@@ -130,7 +130,7 @@ fn a_sender_that_is_late_itself_is_no_stall() {
             frames.sort_unstable();
             let mut recording = Recording::default();
             feed(&mut recording, &frames);
-            recording.settle();
+            recording.settle(true);
             assert_eq!(recording.stalled(), None, "{ids:?} {late}");
         }
     }
@@ -190,7 +190,7 @@ fn frames_captured_twice_are_duplicates_at_any_distance() {
             let frame = frame(number, *id, &[*no as u8, (*no >> 8) as u8], *at);
             observed.push((frame.reference(), recording.observe(&frame).happened.unwrap_or_default().sighting));
         }
-        recording.settle();
+        recording.settle(true);
         assert!(recording.shows_duplicates(), "{apart}");
         let duplicates =
             observed.iter().filter(|(at, sighting)| recording.sighting(*at, *sighting) == Sighting::Duplicate);
@@ -212,7 +212,7 @@ fn a_client_that_repeats_its_requests_is_no_second_adapter() {
                 duplicates += usize::from(happened.sighting == Sighting::Duplicate);
             }
         }
-        recording.settle();
+        recording.settle(true);
         assert!(!recording.shows_duplicates(), "{apart}");
         assert_eq!(duplicates, 0, "{apart}");
     }
@@ -226,7 +226,7 @@ fn duplicates(frames: &[(i64, u16, u8)]) -> Vec<u64> {
         let frame = frame(number, *id, &[*byte], *at);
         observed.push((frame.reference(), recording.observe(&frame).happened.unwrap_or_default().sighting));
     }
-    recording.settle();
+    recording.settle(true);
     let found = observed.iter().filter(|(at, seen)| recording.sighting(*at, *seen) == Sighting::Duplicate);
     found.map(|(at, _)| at.no).collect()
 }
@@ -369,7 +369,7 @@ fn holes(frames: &[(i64, u16)]) -> Vec<u64> {
     frames.iter().for_each(|frame| {
         recording.observe(frame);
     });
-    recording.settle();
+    recording.settle(true);
     let numbers = frames.iter().filter(|frame| recording.is_behind_hole(frame.no)).map(|frame| frame.no);
     numbers.collect()
 }
@@ -417,7 +417,7 @@ fn a_counter_that_goes_on_by_the_time_shows_a_hole() {
         for (no, frame) in (1..).zip(&frames) {
             recording.observe(&Frame { no, ..*frame });
         }
-        recording.settle();
+        recording.settle(true);
         (1..=frames.len() as u64).filter(|no| recording.is_behind_hole(*no)).count()
     };
     for overflow in [4, 10, 240] {

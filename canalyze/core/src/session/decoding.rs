@@ -218,9 +218,9 @@ impl Decoding {
         self.evidence.iter().filter_map(|evidence| evidence.recording.undecided_since()).min()
     }
 
-    /// No further frame tells what the recordings did.
-    pub(super) fn settle(&mut self) {
-        self.evidence.iter_mut().for_each(|evidence| evidence.recording.settle());
+    /// No further frame tells what the recordings did. `over`: none will follow.
+    pub(super) fn settle(&mut self, over: bool) {
+        self.evidence.iter_mut().for_each(|evidence| evidence.recording.settle(over));
     }
 
     /// It is `now_ns`, and the recordings go on.

@@ -267,7 +267,7 @@ impl Session {
             });
             alone.reader = Some(reader);
         }
-        self.stream.settle(&self.buses, out);
+        self.stream.settle(false, &self.buses, out);
     }
 
     /// It is `now_ns` on the clock of the frames' stamps, though no frame has come: what should have happened by now

@@ -46,7 +46,7 @@ impl Stream {
             return self.sinks.find_mut::<Info>().into_iter().for_each(|info| info.take(item));
         }
         if !matches!(item, Item::Frame(_) | Item::Unreadable { .. } | Item::Until { .. }) {
-            self.settle(buses, out);
+            self.settle(false, buses, out);
             if self.sinks.is_done() {
                 return;
             }
@@ -134,7 +134,7 @@ impl Stream {
     /// A file begins that does not go on where the one before ended: across that time nothing is judged on any bus.
     #[cold]
     fn part(&mut self, buses: &Buses, out: &mut Vec<u8>) {
-        self.settle(buses, out);
+        self.settle(false, buses, out);
         for index in 0..buses.names().count() {
             self.sinks.take(out, &self.capture.view(buses), Notice::Gap(BusId(index as u8), false));
         }
@@ -165,10 +165,11 @@ impl Stream {
         self.capture.caught_up();
     }
 
-    /// Nothing is behind the frames that wait by which more would be known: they are taken by what is.
-    pub(super) fn settle(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+    /// Nothing is behind the frames that wait by which more would be known: they are taken by what is. `over`: nothing
+    /// will follow.
+    pub(super) fn settle(&mut self, over: bool, buses: &Buses, out: &mut Vec<u8>) {
         self.arrange(true, buses, out);
-        self.decoding.settle();
+        self.decoding.settle(over);
         self.release(true, buses, out);
     }
 
@@ -312,7 +313,7 @@ impl Stream {
         }
         self.arrange(true, buses, out);
         if self.capture.file.unreadable.count > 0 {
-            self.settle(buses, out);
+            self.settle(false, buses, out);
         }
         let (unreadable, finding) = self.capture.end();
         if self.capture.file.frames > 0 {
@@ -338,7 +339,7 @@ impl Stream {
     }
 
     pub(super) fn finish(&mut self, buses: &Buses, out: &mut Vec<u8>) {
-        self.settle(buses, out);
+        self.settle(true, buses, out);
         self.decoding.finish(self.capture.last, buses);
         self.aside(buses, out);
         let diagnosed = self.decoding.finish_diagnosis(self.capture.last, buses);
