@@ -12,8 +12,9 @@ use std::path::Path;
 /// a page has no Python. So are texts that are kept from one line to the next, frames that show nothing but their gap, values
 /// of PDOs that are found without a search, consequences that are counted where they are found, rare events apart from
 /// what is moved at every frame, plain lines of candump that are read up to their end, and what people write around frames.
+/// Nodes that do not run, senders that are listed twice, and what the recording lacks are models of their own.
 /// It was 68,630 while files whose tests are declared at their head counted up to there only.
-const WHOLE: usize = 74_010;
+const WHOLE: usize = 74_750;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -32,7 +33,7 @@ const BUDGETS: &[(&str, usize)] = &[
     // With learnt event timers, and findings that wait without a look at each frame. With frames that only add to the usual
     // gaps, which are nearly all, and what rarely happens at a frame apart from its place. With the servers whose answers
     // are in the capture. With senders whose frames a recording lists twice, and holes that a counter of SYNC shows.
-    ("evidence", 3_960),
+    ("evidence", 4_030),
     ("lib", 50),
     // Was 1,250 lines of Python: a page without Python reads descriptions, too. With the sentence of an unusable file, for
     // every binding.
@@ -49,8 +50,8 @@ const BUDGETS: &[(&str, usize)] = &[
     // Without what a kind of problem is: that is in the table of kinds. With ends that a frame shows, new floods, and
     // the nodes of the first screen, nodes that are not started behind a reset, and who gave a request up. With PDOs that
     // only seemed to be missing before their interval was known. With the end of an SRDO's absence, and heartbeats that only
-    // seem to be lost where their former period is back.
-    ("problems", 6_530),
+    // seem to be lost where their former period is back. With nodes that are there and do not run.
+    ("problems", 6_700),
     // With JSON objects and rows of CSV in parts, since most of them is as in an earlier line, and selections that are found
     // without a search.
     ("tables", 6_610),
@@ -61,8 +62,9 @@ const BUDGETS: &[(&str, usize)] = &[
     // With the relation of a mapped object to its profile.
     ("wire", 2_770),
     // With the reasons why tables are refused, and the words of the diagnosis. With texts that are kept, since nearly every
-    // line of a capture says what an earlier one said. With captures of remote requests alone.
-    ("words", 4_140),
+    // line of a capture says what an earlier one said. With captures of remote requests alone, and drives whose states nobody
+    // has read.
+    ("words", 4_145),
     // With the states of axes, which views followed for themselves, numbers of descriptions in the width of their type, and rows
     // of descriptions for every binding. With values of PDOs that are found without a search, and the counts of findings that
     // repeat, which are counted where they are found. With the keys of PDOs apart, and PDOs on a bus in a file of their own. With
