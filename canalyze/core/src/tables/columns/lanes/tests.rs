@@ -241,7 +241,7 @@ fn who_is_not_heard_is_lost() {
         (
             "rules/GRD002",
             "4 nmt/can0/node5 pre-operational Pre-operational\n8 nmt/can0/node5 lost guarding unanswered\n\
-             9 nmt/can0/node5 pre-operational Pre-operational\n",
+             10 nmt/can0/node5 pre-operational Pre-operational\n",
         ),
         (
             "rules/HBT005",
