@@ -54,7 +54,7 @@ const SDO_REQUESTS: std::ops::RangeInclusive<usize> = 0x601..=0x67F;
 
 /// The frames of one CAN-ID.
 #[derive(Clone, Copy, Debug)]
-struct Listed {
+struct ListedFrames {
     /// The last frame: its time in ns, payload, and length and kind.
     t_ns: Ns,
     word: u64,
@@ -72,7 +72,7 @@ struct Listed {
     given_up: bool,
 }
 
-impl Listed {
+impl ListedFrames {
     const NONE: Self = Self {
         t_ns: Ns::ZERO,
         word: 0,
@@ -120,7 +120,7 @@ impl Listed {
 
 /// A frame whose echo may follow.
 #[derive(Clone, Copy, Debug)]
-struct Waiting {
+struct AwaitedEcho {
     id: usize,
     word: u64,
     form: u16,
@@ -140,10 +140,10 @@ struct Undecided {
 #[derive(Debug, Default)]
 pub(super) struct Echoes {
     /// By CAN-ID; empty until the first frame.
-    listed: Vec<Listed>,
+    listed: Vec<ListedFrames>,
     /// The CAN-IDs whose frames are followed one by one.
     followed: Vec<usize>,
-    waiting: VecDeque<Waiting>,
+    waiting: VecDeque<AwaitedEcho>,
     undecided: VecDeque<Undecided>,
     /// The numbers of the echoes among the frames that waited, in order.
     found: Vec<u64>,
@@ -177,7 +177,7 @@ impl Echoes {
 
     /// Returns true if a frame that comes soon equals the one before, or shows that its sender comes again so soon.
     #[inline]
-    fn tells(&self, frame: &Frame, listed: &Listed) -> bool {
+    fn tells(&self, frame: &Frame, listed: &ListedFrames) -> bool {
         let (word, form) = content(frame);
         listed.equals(word, form) || identifier(frame).is_some_and(comes_by_itself)
     }
@@ -193,7 +193,7 @@ impl Echoes {
     /// Examines the next frame. `resolution_ns`: the resolution of the stamps; coarse ones show no echo.
     pub(super) fn step(&mut self, frame: &Frame, now: Ns, resolution_ns: Ns) -> Sighting {
         if self.listed.is_empty() {
-            self.listed = vec![Listed::NONE; IDENTIFIERS];
+            self.listed = vec![ListedFrames::NONE; IDENTIFIERS];
         }
         let began_ns = *self.began_ns.get_or_insert(now);
         if resolution_ns > REACH_NS || !self.concern(frame, now) {
@@ -226,12 +226,12 @@ impl Echoes {
         }
         self.pairs = self.pairs.saturating_add(u32::from(listed.equals(word, form) && soon));
         if listed.followed {
-            let equal = |one: &Waiting| one.id == id && (one.word, one.form) == (word, form);
+            let equal = |one: &AwaitedEcho| one.id == id && (one.word, one.form) == (word, form);
             let original = self.waiting.iter().position(equal).and_then(|place| self.waiting.remove(place));
-            let Some(Waiting { t_ns, since_ns, .. }) = original else {
+            let Some(AwaitedEcho { t_ns, since_ns, .. }) = original else {
                 let since_ns = listed.since_equal((word, form), now);
                 listed.note((word, form), now);
-                self.waiting.push_back(Waiting { id, word, form, t_ns: now, since_ns });
+                self.waiting.push_back(AwaitedEcho { id, word, form, t_ns: now, since_ns });
                 return Sighting::Original;
             };
             listed.pair(now - t_ns, since_ns, wire_ns(frame));
