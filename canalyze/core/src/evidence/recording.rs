@@ -250,7 +250,9 @@ impl Recording {
         // Stamps coarser than the distance of duplicates only show the order.
         let compared_ns = frame.t_ns.filter(|_| resolution_ns <= super::duplicates::APART_NS);
         happened.sighting = self.duplicates.step(frame, compared_ns, close, resolution_ns);
-        let echo = frame.t_ns.map(|now| self.echoes.step(frame, now, resolution_ns));
+        // Behind a step of the clock it may be any frame.
+        let echo = frame.t_ns.filter(|_| gap.is_none_or(|gap| gap >= Ns::ZERO));
+        let echo = echo.map(|now| self.echoes.step(frame, now, resolution_ns));
         if let Some(echo) = echo.filter(|echo| *echo != Sighting::Original && happened.sighting != Sighting::Duplicate)
         {
             // It was on the bus once, and shows nothing about the recording.
