@@ -256,7 +256,7 @@ def guarded(known: Known = "written") -> Session:
         net.now = at
         net.nmt(command, GUARDED)
     net.now = 0.0
-    net.heartbeat(IO, period=0.25, count=int(SECONDS / 0.25) - 1)
+    net.heartbeat(IO, period=0.25, count=int(SECONDS / 0.25) - 1, state=OPERATIONAL)
     for number in range(int((SECONDS - 0.4) / 0.3)):
         net.now = 0.3131 + 0.3 * number
         net.read(IO, 0x2001, 0, number, 2)

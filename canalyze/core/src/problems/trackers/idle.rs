@@ -19,12 +19,17 @@ use crate::wire::nmt::START;
 
 /// Time in such a state after which a node is not about to be started, in ns.
 const WAITING_NS: Ns = Ns::from_s(5);
+/// Maximum time between two reports that counts, in ns: the recording may have paused.
+const BETWEEN_NS: Ns = Ns::from_s(1);
 
 /// A node, as far as the capture shows whether it should run.
 #[derive(Clone, Copy, Debug, Default)]
 struct Idle {
     /// The state reported last, and the first frame that reported it.
     state: Option<(u8, FrameRef)>,
+    /// The last report, and the time that is covered by reports of that state, in ns.
+    last: FrameRef,
+    lasts_ns: Ns,
     /// The last NMT command to it while it was known, and its frame.
     command: Option<(u8, FrameRef)>,
     /// Its last boot-up, and true if it was Operational before.
@@ -53,8 +58,11 @@ impl IdleNodes {
     pub(in crate::problems) fn reports(&mut self, node: u8, state: u8, at: FrameRef) {
         let one = self.nodes.entry(node).or_default();
         if one.state.is_none_or(|(before, _)| before != state) {
-            one.state = Some((state, at));
+            (one.state, one.lasts_ns) = (Some((state, at)), Ns::ZERO);
+        } else {
+            one.lasts_ns += at.since(one.last).unwrap_or(Ns::ZERO).clamp(Ns::ZERO, BETWEEN_NS);
         }
+        one.last = at;
         if state == OPERATIONAL {
             one.booted = None;
         }
@@ -90,7 +98,8 @@ impl IdleNodes {
             let others = running & scene.heard.serving & !bit(node) != 0;
             let fell = one.booted.filter(|(boot, was)| *was && one.command.is_none_or(|(_, at)| at.no < boot.no));
             let wanted = one.command.is_some_and(|(command, _)| command != START);
-            if wanted || !(others || fell.is_some()) || !waits(node, since, scene) {
+            let long = one.lasts_ns >= WAITING_NS;
+            if wanted || !long || !(others || fell.is_some()) || !waits(node, scene) {
                 continue;
             }
             if let Some((boot, _)) = fell {
@@ -125,12 +134,11 @@ impl IdleNodes {
     }
 }
 
-/// Returns true if a node has been in a state for long, is still heard, and neither written to nor in another problem.
-fn waits(node: u8, since: FrameRef, scene: &Scene<'_>) -> bool {
+/// Returns true if a node is still heard, and neither written to nor in another problem.
+fn waits(node: u8, scene: &Scene<'_>) -> bool {
     let age = |at: Option<FrameRef>| at.and_then(|at| scene.at.since(at)).unwrap_or(Ns::MAX);
     let here = (scene.bus.heartbeat_period(node).unwrap_or(Ns::ZERO) * 2).max(WAITING_NS / 2);
-    let long = scene.at.since(since).is_some_and(|since| since >= WAITING_NS);
     let told =
         scene.ledger.all.iter().any(|one| one.bus == scene.id && one.subject.concerns(node) && one.end.is_none());
-    long && !told && age(scene.heard.last(node)) <= here && age(scene.heard.noted(Last::Written, node)) > WAITING_NS
+    !told && age(scene.heard.last(node)) <= here && age(scene.heard.noted(Last::Written, node)) > WAITING_NS
 }
