@@ -211,12 +211,19 @@ def guarding_toggle(known: Known, at: float) -> Faulty:
 
 
 def guarding_unanswered(count: int) -> Make:
-    """So many requests without answer; 0: all from there on."""
+    """So many requests without answer, 0: all from there on. A node toggles its bit only as it answers."""
 
     def make(known: Known, at: float) -> Faulty:
         capture = Capture(built("guarded", known))
         when = capture.next(0x700 + GUARDED, at)
         until = when + count * 0.1 - 0.01 if count else SECONDS + 1
+        if count % 2:
+            capture.frames = [
+                replace(f, data=bytes([f.data[0] ^ 0x80]))
+                if f.can_id == 0x700 + GUARDED and not f.remote and f.t_us >= us(until)
+                else f
+                for f in capture.frames
+            ]
         capture.frames = [
             f for f in capture.frames if f.can_id != 0x704 or f.remote or not us(when) <= f.t_us < us(until)
         ]

@@ -22,7 +22,7 @@ rules! {
     }
 
     /// 取反数据必须在正常数据之后的验证时间(SRVT, 子索引3)内到达; 该时间未知时, 须在平时的两个周期内到达。
-    /// The inverted data must come within the validation time (SRVT, sub-index 3) after the normal data; where that is not known, within two of the usual periods.
+    /// The inverted data must come within the validation time (SRVT, sub-index 3) after the normal data; where that is unknown, within two of the usual periods.
     ///
     /// 总线负载过高使第二帧延迟, 发送方把两帧分在不同的任务周期中发送, 或者SRVT设得太短。
     /// Bus load delays the second frame, the sender handles the two frames in different cycles of its task, or the SRVT is too short.
