@@ -51,7 +51,7 @@ const BUDGETS: &[(&str, usize)] = &[
     // the nodes of the first screen, nodes that are not started behind a reset, and who gave a request up. With PDOs that
     // only seemed to be missing before their interval was known. With the end of an SRDO's absence, and heartbeats that only
     // seem to be lost where their former period is back. With nodes that are there and do not run.
-    ("problems", 6_700),
+    ("problems", 6_705),
     // With JSON objects and rows of CSV in parts, since most of them is as in an earlier line, and selections that are found
     // without a search.
     ("tables", 6_610),
