@@ -102,6 +102,21 @@ impl ListedFrames {
         (self.t_ns, self.word, self.form) = (now, word, form);
     }
 
+    /// Returns true if the next frame comes as soon as an echo and equals the last one, or shows that its sender comes again
+    /// so soon; or if the CAN-ID is followed.
+    #[inline]
+    fn concerns(&self, id: usize, (word, form): (u64, u16), now: Ns) -> bool {
+        let soon = self.form != u16::MAX && (Ns::ZERO..=REACH_NS).contains(&(now - self.t_ns));
+        self.followed || soon && (self.equals(word, form) || comes_by_itself(id))
+    }
+
+    /// Notes a frame that is listed once.
+    #[inline]
+    fn alone(&mut self, content: (u64, u16), now: Ns) {
+        self.once = (self.once + 1).min(MOST);
+        self.note(content, now);
+    }
+
     /// Counts an equal frame behind another, by the time between them and that before the first one, in ns. `wire_ns`:
     /// the minimum time that it takes on a bus.
     fn pair(&mut self, apart_ns: Ns, since_ns: Ns, wire_ns: Ns) {
@@ -167,27 +182,18 @@ impl Echoes {
         self.found.binary_search(&number).is_ok()
     }
 
-    /// Returns true if a frame comes as soon as an echo, or if its CAN-ID is followed.
+    /// Notes a frame by itself; returns false if it comes as soon as an echo, or if its CAN-ID is followed, and has to be
+    /// compared.
     #[inline]
-    pub(super) fn concern(&self, frame: &Frame, now: Ns) -> bool {
-        let Some(listed) = identifier(frame).and_then(|id| self.listed.get(id)) else { return false };
-        let soon = listed.form != u16::MAX && (Ns::ZERO..=REACH_NS).contains(&(now - listed.t_ns));
-        listed.followed || soon && self.tells(frame, listed)
-    }
-
-    /// Returns true if a frame that comes soon equals the one before, or shows that its sender comes again so soon.
-    #[inline]
-    fn tells(&self, frame: &Frame, listed: &ListedFrames) -> bool {
-        let (word, form) = content(frame);
-        listed.equals(word, form) || identifier(frame).is_some_and(comes_by_itself)
-    }
-
-    /// Notes a frame that is neither.
-    #[inline]
-    pub(super) fn pass(&mut self, frame: &Frame, now: Ns) {
-        let Some(listed) = identifier(frame).and_then(|id| self.listed.get_mut(id)) else { return };
-        listed.once = (listed.once + 1).min(MOST);
-        listed.note(content(frame), now);
+    pub(super) fn pass(&mut self, frame: &Frame, now: Ns) -> bool {
+        let Some(id) = identifier(frame) else { return true };
+        let Some(listed) = self.listed.get_mut(id) else { return true };
+        let content = content(frame);
+        let passes = !listed.concerns(id, content, now);
+        if passes {
+            listed.alone(content, now);
+        }
+        passes
     }
 
     /// Examines the next frame. `resolution_ns`: the resolution of the stamps; coarse ones show no echo.
@@ -196,16 +202,19 @@ impl Echoes {
             self.listed = vec![ListedFrames::NONE; IDENTIFIERS];
         }
         let began_ns = *self.began_ns.get_or_insert(now);
-        if resolution_ns > REACH_NS || !self.concern(frame, now) {
-            self.pass(frame, now);
-            if (Ns::ZERO..=REACH_NS).contains(&(now - began_ns))
-                && let Some(listed) = identifier(frame).and_then(|id| self.listed.get_mut(id))
-            {
+        let coarse = resolution_ns > REACH_NS;
+        if !coarse && !self.pass(frame, now) {
+            return self.compare(frame, now);
+        }
+        if let Some(listed) = identifier(frame).and_then(|id| self.listed.get_mut(id)) {
+            if coarse {
+                listed.alone(content(frame), now);
+            }
+            if (Ns::ZERO..=REACH_NS).contains(&(now - began_ns)) {
                 listed.once = 0;
             }
-            return Sighting::Original;
         }
-        self.compare(frame, now)
+        Sighting::Original
     }
 
     fn compare(&mut self, frame: &Frame, now: Ns) -> Sighting {
@@ -221,7 +230,7 @@ impl Echoes {
             self.others = self.others.saturating_add(1);
         }
         if !listed.followed && !listed.equals(word, form) {
-            self.pass(frame, now);
+            listed.alone((word, form), now);
             return Sighting::Original;
         }
         self.pairs = self.pairs.saturating_add(u32::from(listed.equals(word, form) && soon));

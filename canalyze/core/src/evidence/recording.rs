@@ -184,7 +184,7 @@ impl Recording {
     /// useless, the place has no time, as without stamps.
     #[inline]
     pub fn observe(&mut self, frame: &Frame) -> RecordedFrame {
-        match self.ordinary_gap(frame) {
+        match self.ordinary_gap(frame).filter(|(now, _)| self.echoes.pass(frame, *now)) {
             Some((now, gap)) => RecordedFrame { when: self.observe_ordinary(frame, now, gap), happened: None },
             None => self.observe_any(frame),
         }
@@ -201,8 +201,7 @@ impl Recording {
             && self.resolution.stays_of_use()
             && self.duplicates.are_settled()
             && self.stalls.are_over()
-            && self.holes.undecided_since().is_none()
-            && !self.echoes.concern(frame, now);
+            && self.holes.undecided_since().is_none();
         ordinary.then_some((now, gap))
     }
 
@@ -214,7 +213,6 @@ impl Recording {
         self.resolution.follow(frame, (now, Some(gap), wire_ns), Sighting::Original);
         let missed = self.stalls.follow_ordinary(frame, (now, gap), (gap < wire_ns, resolution_ns < wire_ns));
         self.single.follow(frame, missed.filter(|_| resolution_ns < LATE_NS));
-        self.echoes.pass(frame, now);
         (self.last_ns, self.clock.latest_ns) = (Some(now), Some(now));
         if gap > DRAIN_NS {
             self.silence_ns = gap;
