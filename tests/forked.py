@@ -128,7 +128,7 @@ class _Forker:
 
     @property
     def ended(self) -> bool:
-        """Whether it is there no more, as one that is kept where a command line ends it."""
+        """True if the process has ended, as one that is kept where a command line ends it."""
         return self._process.poll() is not None
 
 

@@ -79,7 +79,7 @@ NETWORKS: dict[str, Callable[[], Network]] = {
 
 
 def is_own(frame: CanFrame) -> bool:
-    """Whether the master sends it."""
+    """True if the master sends it."""
     request = 0x600 < frame.can_id < 0x680 or frame.remote
     return request or frame.can_id in (0x000, 0x080, 0x701)
 
@@ -146,7 +146,7 @@ def test_two_producers_that_count_are_two(behind: float, echo: bool) -> None:
 
 @pytest.mark.parametrize("ppm", [300, 1_000])
 def test_two_producers_drift_apart(ppm: int) -> None:
-    """They begin within the time of an echo, and are told once they are apart."""
+    """They begin within the time of an echo, and are found once they are apart."""
     net = booted(20.0).wait(0.05).sync(period=0.02, count=950)
     began = net.now
     second = [(began + 0.0001 + 0.02 * (1 + ppm / 1e6) * n, 0x080, b"") for n in range(950)]

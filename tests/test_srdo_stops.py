@@ -30,7 +30,7 @@ LEARNT: list[Line] = [(0.1, "000#0100")]
 
 
 def pairs(begin: float, end: float, period: float = PERIOD, number: int = 10, constant: int = 20) -> list[Line]:
-    """The data change with every so many pairs."""
+    """The data change with some of the pairs."""
     rows: list[Line] = []
     for place in range(round((end - begin) / period)):
         at, value = begin + place * period, place // constant & 0xFF

@@ -1,4 +1,4 @@
-"""What is not told by any frame: nodes that are there and do not run, and what a capture lacks.
+"""Nodes that are there and do not run, and what a capture lacks: no frame says so.
 
 Each fault has several magnitudes, and stands beside captures that look alike and are well.
 """
@@ -225,7 +225,7 @@ def test_a_tick_is_not_for_states_that_nobody_has_read(read: bool) -> None:
 
 
 def lossy(lasts: float, part: int) -> list[tuple[float, str]]:
-    """Nodes with heartbeats and SYNC, of which the recording lacks a part; node 3 is gone after `lasts` seconds."""
+    """Nodes with heartbeats and SYNC, some of them missing in the recording; node 3 is gone after `lasts` seconds."""
     sync = [(place / 50, "080#") for place in range(1000)]
     whole = [*sync, *running(1, 20), *running(2, 20), *running(3, lasts), *running(4, 20)]
     return [frame for place, frame in enumerate(sorted(whole)) if (place * 7919 + 13) % part]

@@ -10,7 +10,7 @@
 //! senders have come again with other payloads, too.
 //!
 //! Most frames are alone and only noted here ([`Echoes::pass`]). Two senders whose frames happen to be close at first
-//! drift apart, and are told from an echo then.
+//! drift apart, which tells them from an echo.
 
 use std::collections::VecDeque;
 
@@ -410,7 +410,7 @@ fn is_tpdo(id: usize) -> bool {
     matches!(id & !0x7F, 0x180 | 0x280 | 0x380 | 0x480) && id & 0x7F != 0
 }
 
-/// Returns true if only a master sends a CAN-ID, of which there is one.
+/// Returns true if only a master sends a CAN-ID; a network has one.
 fn is_of_master(id: usize) -> bool {
     let to_node = |group: usize| id & 0x7F != 0 && id & !0x7F == group;
     matches!(id, NMT | SYNC | TIME | LSS)

@@ -3,9 +3,9 @@
 //! A producer is monitored from its first heartbeat on, as consumers do. Its period is learnt from its heartbeats, and
 //! until then taken from 1017h in the capture or a DCF. A node counts as lost after the consumer time (1016h), or after
 //! three periods. Behind a boot-up another program may run, so that a period learnt before it is a guess until heartbeats
-//! show it again. A period that does not follow 1017h, slower or faster, or that changes, is one fault. Additional heartbeats are legal. A silence of the whole bus is blamed on no node: heartbeats expected
-//! in it are due again after it. Verdicts need stamps, except those on states. Two nodes with one node-ID are found in
-//! `duplicate_id`.
+//! show it again. A period that does not follow 1017h, slower or faster, or that changes, is one fault. Additional
+//! heartbeats are legal. A silence of the whole bus is blamed on no node: heartbeats expected in it are due again after it.
+//! Verdicts need stamps, except those on states. Two nodes with one node-ID are found in `duplicate_id`.
 
 mod duplicate_id;
 

@@ -17,8 +17,8 @@ use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
 
-/// Time after which a node without a start command, while others run, is considered not started, in ns.
-const WAITING_NS: Ns = Ns::from_s(5);
+/// Time after which a node that does not run, while others do, is not about to be started, in ns.
+pub(super) const WAITING_NS: Ns = Ns::from_s(5);
 /// Number of reads of the device type in one boot; more of them, at least this far apart in ns, are repeated boots.
 const READS: u64 = 3;
 const APART_NS: Ns = Ns::from_ms(500);

@@ -2,11 +2,12 @@
 //! Operational, or have booted by themselves and were not started again.
 //!
 //! An NMT command that leads there is intended, and so is a state in which a node is being written to. Without any command in
-//! the capture nobody says that the node should run: its status is unknown then. It is told only where nothing else of the node
-//! is told.
+//! the capture nobody says that the node should run: its status is unknown then. A node with another open problem has that
+//! one alone. The steps of a master before it starts a node are followed in `boots`.
 
 use std::collections::BTreeMap;
 
+use super::boots::WAITING_NS;
 use crate::bytes::frame::FrameRef;
 use crate::bytes::ns::Ns;
 use crate::problems::kinds::ProblemKind;
@@ -17,8 +18,6 @@ use crate::rules::finding::Quantity;
 use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::wire::nmt::START;
 
-/// Time in such a state after which a node is not about to be started, in ns.
-const WAITING_NS: Ns = Ns::from_s(5);
 /// Maximum time between two reports that counts, in ns: the recording may have paused.
 const BETWEEN_NS: Ns = Ns::from_s(1);
 
@@ -70,9 +69,7 @@ impl IdleNodes {
 
     /// Forgets the state of a node that is lost.
     pub(in crate::problems) fn lost(&mut self, node: u8) {
-        if let Some(one) = self.nodes.get_mut(&node) {
-            one.state = None;
-        }
+        self.nodes.get_mut(&node).into_iter().for_each(|one| one.state = None);
     }
 
     /// Records an NMT command to known nodes, one bit each.
