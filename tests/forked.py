@@ -4,7 +4,8 @@ Why it exists: the tests run some thousands of command lines, and most of the ti
 Python. A fork has streams, directory, environment, signals and an end of its own, as a process that was started. What
 differs is that modules were loaded before: where a variable has a say in how Python starts, it is really started.
 Three quarters of the time of a short command line go into the fork. Where hundreds of them are alike, `kept` has one
-process answer them one after the other, with streams, directory and environment of their own.
+process answer them one after the other, with streams, directory and environment of their own. What listens meanwhile is
+forked by `start`.
 What it must not do: be used by tests of the start itself, or of what is loaded.
 """
 
@@ -14,6 +15,7 @@ import atexit
 import gc
 import json
 import os
+import select
 import selectors
 import signal
 import socket
@@ -28,7 +30,7 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import Any, NoReturn
+from typing import IO, Any, NoReturn
 
 OF_PYTHON = ("PYTHON", "LC_", "LANG", "LD_")
 """How variables are called that have a say in how Python starts; LC_MESSAGES has none."""
@@ -61,6 +63,22 @@ def run(
             _forker.cache_clear()
 
 
+def start(
+    arguments: Sequence[str], *, cwd: Path, env: Mapping[str, str], stdout: IO[bytes], stderr: IO[bytes]
+) -> subprocess.Popen[bytes] | Started:
+    """Starts `canalyze` in a process group of its own, and does not wait for it; it reads nothing."""
+    wanted = of_python(env)
+    if not (forks(env) and hasattr(os, "pidfd_open")):
+        line, nothing = [sys.executable, "-m", "canalyze", *arguments], subprocess.DEVNULL
+        return subprocess.Popen(
+            line, stdin=nothing, stdout=stdout, stderr=stderr, cwd=cwd, env=env, start_new_session=True
+        )
+    forker = _forker(os.getpid(), tuple(sorted(wanted.items())), kept=False)
+    with open(os.devnull, "rb") as nothing_to_read:
+        streams = [nothing_to_read.fileno(), stdout.fileno(), stderr.fileno()]
+        return Started(forker, forker.start(arguments, streams, cwd, env, apart=True))
+
+
 def forks(env: Mapping[str, str]) -> bool:
     """Whether a fork does for this environment: here there are forks, and Python starts in it as it started here."""
     return hasattr(os, "fork") and of_python(env) in (_GIVEN, _USUAL)
@@ -89,6 +107,7 @@ class _Forker:
     """The process that forks, or that is kept, seen from outside; it ends with who started it."""
 
     def __init__(self, wanted: Mapping[str, str], *, kept: bool) -> None:
+        self._kept = kept
         others = {name: value for name, value in os.environ.items() if not name.startswith(OF_PYTHON)}
         self._asking, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs:
@@ -107,29 +126,80 @@ class _Forker:
     def run(
         self, arguments: Sequence[str], stdin: bytes, cwd: Path, env: Mapping[str, str], timeout_s: float
     ) -> subprocess.CompletedProcess[bytes]:
-        asked = json.dumps({"arguments": list(arguments), "cwd": str(cwd), "env": dict(env)}).encode()
         (stdin_end, to_stdin), (from_stdout, stdout_end), (from_stderr, stderr_end) = os.pipe(), os.pipe(), os.pipe()
         theirs = [stdin_end, stdout_end, stderr_end]
         try:
-            socket.send_fds(self._asking, [asked], theirs)
+            process = self.start(arguments, theirs, cwd, env)
         finally:
             for end in theirs:
                 os.close(end)
-        process = int.from_bytes(self._asking.recv(_WORD), "little")
         try:
             out, err = _exchange(to_stdin, stdin, from_stdout, from_stderr, time.monotonic() + timeout_s)
         except TimeoutError:
             os.kill(process, signal.SIGKILL)
             raise subprocess.TimeoutExpired(list(arguments), timeout_s) from None
         finally:
-            told = self._asking.recv(_WORD)
-            code = os.waitstatus_to_exitcode(int.from_bytes(told, "little")) if told else self._process.wait()
+            code = self.code(process)
         return subprocess.CompletedProcess(list(arguments), code, out, err)
+
+    def start(
+        self,
+        arguments: Sequence[str],
+        streams: Sequence[int],
+        cwd: Path,
+        env: Mapping[str, str],
+        *,
+        apart: bool = False,
+    ) -> int:
+        """Has a command line begin with these streams; its process, which is one `apart` in a session of its own."""
+        asked = {"arguments": list(arguments), "cwd": str(cwd), "env": dict(env), "apart": apart}
+        socket.send_fds(self._asking, [json.dumps(asked).encode()], streams)
+        return int.from_bytes(self._asking.recv(_WORD), "little")
+
+    def code(self, process: int) -> int:
+        """Waits for its end; how it ended, as `subprocess` has it."""
+        if not self._kept:
+            self._asking.send(json.dumps({"reap": process}).encode())
+        told = self._asking.recv(_WORD)
+        return os.waitstatus_to_exitcode(int.from_bytes(told, "little")) if told else self._process.wait()
 
     @property
     def ended(self) -> bool:
         """True if the process has ended, as one that is kept where a command line ends it."""
         return self._process.poll() is not None
+
+
+class Started:
+    """A fork that runs, as `subprocess.Popen` shows a process."""
+
+    def __init__(self, forker: _Forker, process: int) -> None:
+        """One that this forker has forked."""
+        self.pid = process
+        self.returncode: int | None = None
+        self._forker = forker
+        self._end = os.pidfd_open(process)
+
+    def poll(self) -> int | None:
+        """The exit code; None while it runs."""
+        return self._ended(0.0)
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Waits for its end."""
+        code = self._ended(timeout)
+        if code is None:
+            raise subprocess.TimeoutExpired(str(self.pid), timeout or 0)
+        return code
+
+    def send_signal(self, number: int) -> None:
+        """Sends it a signal while it runs."""
+        if self.poll() is None:
+            os.kill(self.pid, number)
+
+    def _ended(self, within_s: float | None) -> int | None:
+        if self.returncode is None and select.select([self._end], [], [], within_s)[0]:
+            os.close(self._end)
+            self.returncode = self._forker.code(self.pid)
+        return self.returncode
 
 
 def _exchange(to_stdin: int, stdin: bytes, from_stdout: int, from_stderr: int, end: float) -> tuple[bytes, bytes]:
@@ -186,19 +256,24 @@ def _serve(asked: socket.socket, *, kept: bool) -> None:
         text, streams, *_ = socket.recv_fds(asked, 1 << 20, 3)
         if not text:
             return
+        request = json.loads(text)
+        if "reap" in request:
+            asked.send(os.waitpid(request["reap"], 0)[1].to_bytes(_WORD, "little"))
+            continue
         if kept:
             asked.send(os.getpid().to_bytes(_WORD, "little"))
-            asked.send((_kept_run(json.loads(text), streams) << 8).to_bytes(_WORD, "little"))
+            asked.send((_kept_run(request, streams) << 8).to_bytes(_WORD, "little"))
             continue
         process = os.fork()
         if process == 0:
             asked.close()
-            _enter(json.loads(text), streams)
+            if request["apart"]:
+                os.setsid()
+            _enter(request, streams)
             _end(_run(__main__.main))
         for stream in streams:
             os.close(stream)
         asked.send(process.to_bytes(_WORD, "little"))
-        asked.send(os.waitpid(process, 0)[1].to_bytes(_WORD, "little"))
 
 
 def _enter(request: dict[str, Any], streams: Sequence[int]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 from pathlib import Path
 
@@ -53,3 +54,27 @@ def test_one_that_is_kept_and_ends_is_no_loss(tmp_path: Path) -> None:
         forked.run(["decode", "fifo"], cwd=tmp_path, env=environment(), timeout_s=0.2, kept=True)
     done = forked.run(["--version"], cwd=tmp_path, env=environment(), timeout_s=60, kept=True)
     assert done.returncode == 0 and done.stdout
+
+
+@pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="there is no waiting for a fork of another here")
+def test_one_that_is_started_ends_as_a_process(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "fifo")
+    with (tmp_path / "out").open("wb") as out, (tmp_path / "err").open("wb") as err:
+
+        def started(*line: str) -> subprocess.Popen[bytes] | forked.Started:
+            return forked.start(line, cwd=tmp_path, env=environment(), stdout=out, stderr=err)
+
+        assert started("--version").wait(timeout=60) == 0
+        assert started("decode", "missing.log").wait(timeout=60) == 2
+        waits, other = started("decode", "fifo"), started("decode", "fifo")
+        assert os.getpgid(waits.pid) == waits.pid
+        with pytest.raises(subprocess.TimeoutExpired):
+            waits.wait(timeout=0.2)
+        assert waits.poll() is None
+        waits.send_signal(signal.SIGKILL)
+        assert (waits.wait(timeout=60), waits.poll()) == (-signal.SIGKILL, -signal.SIGKILL)
+        assert other.poll() is None
+        other.send_signal(signal.SIGTERM)
+        assert other.wait(timeout=60)
+    done = forked.run(["--version"], cwd=tmp_path, env=environment(), timeout_s=60)
+    assert (done.returncode, (tmp_path / "out").read_bytes()) == (0, done.stdout)

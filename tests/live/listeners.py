@@ -18,12 +18,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import IO, Any, Self
 
 import can
+import forked
 import pytest
 from capture_frames import Recorded
-from conftest import command, environment
+from conftest import environment
 from other_readers import candump_log
 
 DEADLINE_S = 120.0
@@ -185,23 +186,37 @@ class Ended:
     err: str
 
 
+Begin = Callable[[Path, IO[bytes], IO[bytes]], "subprocess.Popen[bytes] | forked.Started"]
+"""Starts a program in a directory, with these for what it writes and what it complains of."""
+
+
+def begin_sniff(*arguments: str) -> Begin:
+    """`canalyze sniff`, which takes a guest two seconds to load: it is forked."""
+    return lambda directory, out, err: forked.start(arguments, cwd=directory, env=environment(), stdout=out, stderr=err)
+
+
+def begin_program(*line: str) -> Begin:
+    """A program that is not ours."""
+    return lambda directory, out, err: subprocess.Popen(
+        line,
+        stdin=subprocess.DEVNULL,
+        stdout=out,
+        stderr=err,
+        cwd=directory,
+        env=environment(),
+        start_new_session=True,
+    )
+
+
 class Listener:
     """One program in a process group of its own, its output in files."""
 
-    def __init__(self, name: str, line: Sequence[str], directory: Path, **variables: str) -> None:
+    def __init__(self, name: str, begin: Begin, directory: Path) -> None:
         """Starts it in the directory; NAME.out and NAME.err get what it writes."""
         self.name = name
         self.out_path, self.err_path = directory / f"{name}.out", directory / f"{name}.err"
         with self.out_path.open("wb") as out, self.err_path.open("wb") as err:
-            self.process = subprocess.Popen(
-                line,
-                stdin=subprocess.DEVNULL,
-                stdout=out,
-                stderr=err,
-                cwd=directory,
-                env=environment(**variables),
-                start_new_session=True,
-            )
+            self.process = begin(directory, out, err)
 
     @property
     def out(self) -> bytes:
@@ -270,20 +285,19 @@ class Listeners:
     def sniff(self, *arguments: str, listens: Sequence[str] = ("vcan0",), name: str = "", lang: str = "en") -> Listener:
         """Starts `canalyze sniff`; `listens` are the interfaces that it opens."""
         name = name or f"sniff{len(self._started)}"
-        return self._start(name, command("--lang", lang, "sniff", *arguments), listens)
+        return self._start(name, begin_sniff("--lang", lang, "sniff", *arguments), listens)
 
     def candump(self, *channels: str, options: Sequence[str] = ("-L",), name: str = "") -> Listener:
         """Starts a candump that loses nothing; its output is the log."""
         channels = channels or (f"vcan0{EVERYTHING}",)
         name = name or f"candump{len(self._started)}"
         listens = [channel.split(",")[0] for channel in channels]
-        return self._start(name, ["candump", *options, "-r", "8000000", *channels], listens, SELECTIVE)
+        begin = begin_program("candump", *options, "-r", "8000000", *channels)
+        return self._start(name, begin, listens, SELECTIVE)
 
-    def _start(
-        self, name: str, line: Sequence[str], listens: Sequence[str], tables: Sequence[str] = ("all",)
-    ) -> Listener:
+    def _start(self, name: str, begin: Begin, listens: Sequence[str], tables: Sequence[str] = ("all",)) -> Listener:
         before = {interface: listeners(interface, tables) for interface in listens}
-        started = Listener(name, line, self.directory)
+        started = Listener(name, begin, self.directory)
         self._started.append(started)
         wait_until(
             lambda: (

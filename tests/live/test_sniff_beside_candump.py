@@ -14,6 +14,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import forked
 import pytest
 from capture_frames import Recorded, recorded
 from captures import SAMPLES, Row, analyze, sort_rows
@@ -200,8 +201,9 @@ def test_a_session_is_said_as_decode_says_candumps_log(name: str, bus: Listeners
     # the next one. What is said of the frames is the same all the same.
     late = codes(recorder.out) - codes((SAMPLES / "network" / f"{name}.log").read_bytes())
     for (form, lang), one in zip(SAID[name], ended, strict=True):
-        line = command("--lang", lang, "decode", *options[form], str(log))
-        decoded = subprocess.run(line, capture_output=True, check=True, env=environment(), timeout=4 * DEADLINE_S)
+        line = ["--lang", lang, "decode", *options[form], str(log)]
+        decoded = forked.run(line, env=environment(), timeout_s=4 * DEADLINE_S)
+        assert decoded.returncode == 0
         said = lines_before_the_last_frame if form == "text" else rows_before_the_last_frame
         live, later = ([of_frame(x) if late else x for x in said(out)] for out in (alone(one.out), decoded.stdout))
         live, later = [x for x in live if x], [x for x in later if x]
