@@ -117,6 +117,11 @@ impl Nodes {
         self.heartbeats.period(node)
     }
 
+    /// Returns true if nothing but its supply explains the last boot-up of a node, which reported states before.
+    pub fn booted_unasked(&self, node: u8) -> bool {
+        self.nmt.booted_unasked(node)
+    }
+
     /// Returns the kind of error control by which a node is overdue at `now_ns`.
     pub fn silent(&self, node: u8, now_ns: Option<Ns>) -> Option<ErrorControl> {
         if self.guarding.is_unanswered(node) {
@@ -190,7 +195,7 @@ impl Nodes {
         match *message {
             Message::Nmt { command, node } => {
                 if is_reset(command) && node <= 127 {
-                    self.heartbeats.pause(node, cx);
+                    self.heartbeats.reset(node, cx);
                     self.guarding.restart(node, &self.nmt, cx);
                 }
                 self.nmt.command(command, node, cx);

@@ -178,6 +178,10 @@ impl OfBus {
                     ledger.open(ProblemKind::BitTiming, id, problem::Subject::default(), event.at, at);
                     false
                 }
+                What::Note(Note::NodeIdChanged { from, .. }) => {
+                    self.nodes.moved(*from, scene!(self, ledger, bus, id, at));
+                    true
+                }
                 What::Mpdo(_) | What::Note(_) => false,
             };
         }
@@ -625,6 +629,7 @@ impl OfBus {
         self.drives.finish(scene!(self, ledger, bus, id, end));
         self.load.finish(scene!(self, ledger, bus, id, end));
         self.idle.finish(scene!(self, ledger, bus, id, end));
+        self.nodes.restarted_last(scene!(self, ledger, bus, id, end));
         let mine = ledger.all.iter().any(|one| one.bus == id);
         if self.heard.errors.0 >= ERRORS_ONLY && self.heard.errors.0 == self.frames {
             let first = self.heard.errors.1;

@@ -151,6 +151,11 @@ impl Bus {
         self.checks.nodes.heartbeat_period(node)
     }
 
+    /// Returns true if nothing but its supply explains the last boot-up of a node, which reported states before.
+    pub fn booted_unasked(&self, node: u8) -> bool {
+        self.checks.nodes.booted_unasked(node)
+    }
+
     /// Returns the last reported or commanded state of a node, coded as in a heartbeat.
     pub fn state(&self, node: u8) -> Option<u8> {
         self.checks.nodes.state(node)

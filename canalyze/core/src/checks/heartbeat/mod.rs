@@ -62,6 +62,8 @@ struct Producer {
     /// The shortest consumer time, in ns.
     consumer: Option<Ns>,
     start: Start,
+    /// A command has reset the node, and it has not booted since.
+    reset: bool,
     /// True once an error control frame of the node was seen.
     seen: bool,
     /// The longest gap before the period was known in ns, the heartbeat that ended it, and the longest silence of the
@@ -91,9 +93,10 @@ struct Producer {
 enum Start {
     #[default]
     Over,
-    Booted(When),
-    /// The time from the boot-up to the first heartbeat in ns, and that heartbeat.
-    First(Ns, When),
+    /// Behind a boot-up; true if a command asked for it.
+    Booted(When, bool),
+    /// The time from the boot-up to the first heartbeat in ns, that heartbeat, and true as above.
+    First(Ns, When, bool),
     /// The acknowledged write of 1017h that begins the heartbeats, and its value in ns.
     Written(When, Ns),
 }
@@ -225,12 +228,20 @@ impl Heartbeats {
         self.owed.void(|id| node == 0 || node == *id);
     }
 
+    /// Takes a command that resets a node (or all, 0).
+    pub fn reset(&mut self, node: u8, cx: &mut Context<'_>) {
+        self.pause(node, cx);
+        let meant = |(id, _): &(u8, &mut Producer)| node == 0 || node == *id;
+        self.producers.iter_mut().filter(meant).for_each(|(_, producer)| producer.reset = true);
+    }
+
     /// Takes a boot-up.
     pub fn booted(&mut self, node: u8, cx: &mut Context<'_>) {
         self.pause(node, cx);
         cx.evidence.circumstances.over(CircumstanceKind::NodeLost, node);
         let producer = self.producers.entry(node);
-        (producer.seen, producer.start) = (true, Start::Booted(cx.when));
+        let asked = std::mem::take(&mut producer.reset);
+        (producer.seen, producer.start) = (true, Start::Booted(cx.when, asked));
         producer.rebooted = true;
     }
 
@@ -454,7 +465,7 @@ impl Producer {
     /// Returns the place from which the next heartbeat is expected.
     fn since(&self) -> Option<When> {
         match self.start {
-            Start::Booted(at) | Start::Written(at, _) => self.last.or(Some(at)),
+            Start::Booted(at, _) | Start::Written(at, _) => self.last.or(Some(at)),
             _ => self.last,
         }
     }
@@ -615,19 +626,19 @@ impl Producer {
     }
 
     /// Judges the first heartbeats after a write of 1017h or a boot-up. If the second shows the previous period, the first was due after
-    /// that.
+    /// that. A node that boots by itself has another fault, and its heartbeats may have to be configured again.
     fn begin(&mut self, node: u8, cx: &mut Context<'_>) {
         let recording = &cx.evidence.recording;
         match std::mem::take(&mut self.start) {
-            Start::Booted(boot) if recording.teaches(boot) && recording.teaches(cx.when) => {
+            Start::Booted(boot, asked) if recording.teaches(boot) && recording.teaches(cx.when) => {
                 let Some(found) = recording.between(boot, cx.when) else { return };
                 let found = found - self.paused_ns;
-                self.start = Start::First(found, cx.when);
+                self.start = Start::First(found, cx.when, asked);
                 if self.paused_ns == Ns::ZERO && self.expected().is_some_and(|expected| equal(expected, found)) {
                     self.period.take(found, recording.resolution_ns(), cx.at);
                 }
             }
-            Start::First(found, first) if recording.teaches(cx.when) => {
+            Start::First(found, first, asked) if recording.teaches(cx.when) => {
                 let Some(second) = recording.between(first, cx.when) else { return };
                 let Some(expected) = self.expected().filter(|_| self.period.is_known()) else {
                     // A boot-up is the first heartbeat of a node that sends them from then on.
@@ -636,8 +647,8 @@ impl Producer {
                     }
                     return;
                 };
-                if alike(expected, second) && found > expected + self.slack() {
-                    let finding = cx.verdict(Hbt001::Late { found, expected }, Some(node), None, None);
+                if asked && alike(expected, second) && found > expected + self.slack() {
+                    let finding = cx.verdict(Hbt001::AfterBoot { found, expected }, Some(node), None, None);
                     cx.report_timed(Finding { at: first.at, ..finding });
                 }
             }

@@ -63,8 +63,8 @@ const EXTENSIONS: [u8; 2] = [0x50, 0x60];
 struct Power {
     /// Several nodes, and all of them, have just booted without command.
     all: bool,
-    /// The number of nodes that have not, and the number of the last frame of any of them.
-    others: u32,
+    /// There are nodes that have not, and the number of the last frame of any of them.
+    others: bool,
     heard: u64,
 }
 
@@ -72,7 +72,7 @@ impl Power {
     /// Returns true if the other nodes are undecided, because none was heard since the boot-up at `boot`.
     fn is_open(self, boot: FrameRef, at: FrameRef) -> bool {
         let soon = at.since(boot).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS);
-        self.others > 0 && self.heard < boot.no && soon
+        self.others && self.heard < boot.no && soon
     }
 }
 
@@ -320,14 +320,17 @@ impl Nmt {
         let booted = node_state.boots.last.and_then(|boot| boot.t_ns);
         let anew = |then: Option<Ns>| booted.is_none_or(|boot| then.is_some_and(|then| boot < then));
         let explains = |then: Option<Ns>, limit_ns: Ns| soon(then, limit_ns) && anew(then);
-        let switched = explains(self.activated, ACTIVATED_NS) || explains(self.switched_on, POWER_UP_NS);
-        let explained = node_state.reset.count > 0 || node_state.given || switched || garbled;
+        let activated = explains(self.activated, ACTIVATED_NS);
+        let asked = node_state.reset.count > 0 || node_state.given || activated || garbled;
+        let explained = asked || explains(self.switched_on, POWER_UP_NS);
         let before = (node_state.boots.last, node_state.reports);
         node_state.boot(cx.at);
+        node_state.boots.unasked = !asked && before.1.last.is_some();
         if explained {
             return;
         }
         let duplicate = cx.sighting == Sighting::Suspect;
+        node_state.boots.unexplained = before.1.last.map(|_| cx.at);
         let Some(what) = spontaneous_boot(before, cx) else { return };
         if matches!(what, Spontaneous::TwoBootUps { .. }) && duplicate && node_state.suspect.is_some() {
             // A suspect may be in the capture a second time.
@@ -336,6 +339,11 @@ impl Nmt {
         self.suspects += u32::from(node_state.suspect.is_none());
         node_state.boots.unexplained = Some(cx.at);
         node_state.suspect = Some(Suspect { at: cx.at, since: since(before.1.last, cx), what, duplicate });
+    }
+
+    /// Returns true if nothing but its supply explains the last boot-up of a node, which reported states before.
+    pub fn booted_unasked(&self, node: u8) -> bool {
+        self.nodes.get(node).is_some_and(|node_state| node_state.boots.unasked)
     }
 
     /// Takes a reported state. `period_ns`: the period of the node's reports if known.
@@ -518,10 +526,10 @@ impl Nmt {
         }
     }
 
-    /// Returns the nodes that have recently booted without command, and the others. A master without commands keeps its
-    /// own power.
+    /// Returns the nodes that have recently booted without command, and the others. One that is neither commanded nor has
+    /// booted may be the master, which keeps its own power; if there are only such others, each of them counts.
     fn power(&self, at: FrameRef) -> Power {
-        let (mut count, mut power) = (0, Power { all: false, others: 0, heard: 0 });
+        let (mut count, mut kept, mut heard) = (0, false, [0; 2]);
         for (_, node_state) in self.nodes.iter().filter(|(_, node_state)| node_state.present) {
             let again = node_state
                 .boots
@@ -529,12 +537,16 @@ impl Nmt {
                 .is_some_and(|boot| at.since(boot).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS));
             if again {
                 count += 1;
-            } else if node_state.managed || node_state.boots.last.is_some() {
-                power.others += 1;
-                power.heard = power.heard.max(node_state.heard.map_or(0, |heard| heard.no));
+                continue;
             }
+            let is_slave = node_state.managed || node_state.boots.last.is_some();
+            kept |= is_slave;
+            let [last, of_slaves] = &mut heard;
+            let at = node_state.heard.map_or(0, |heard| heard.no);
+            (*last, *of_slaves) = ((*last).max(at), (*of_slaves).max(if is_slave { at } else { 0 }));
         }
-        Power { all: count > 1 && power.others == 0, ..power }
+        let [last, of_slaves] = heard;
+        Power { all: count > 1 && !kept, others: kept || last > 0, heard: if kept { of_slaves } else { last } }
     }
 
     /// Forgets states and commands after lost frames.

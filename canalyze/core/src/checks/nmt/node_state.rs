@@ -69,6 +69,8 @@ pub(super) struct Boots {
     pub(super) last: Option<FrameRef>,
     /// The last unexplained one, except the first.
     pub(super) unexplained: Option<FrameRef>,
+    /// The last one came while the node reported states, and nothing but its supply explains it.
+    pub(super) unasked: bool,
 }
 
 /// Resets of a node by command.
@@ -155,7 +157,7 @@ impl NodeState {
             present: true,
             heard: Some(at),
             managed: self.managed || self.reset.awaited,
-            boots: Boots { last: Some(at), unexplained: None },
+            boots: Boots { last: Some(at), ..Boots::default() },
             reset: Reset { count, at: self.reset.at, ..Reset::default() },
             first: self.first,
             emergency: self.emergency,

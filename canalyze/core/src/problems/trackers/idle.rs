@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 use super::boots::WAITING_NS;
 use crate::bytes::frame::FrameRef;
 use crate::bytes::ns::Ns;
-use crate::problems::kinds::ProblemKind;
-use crate::problems::problem::{Grade, StepRole, Subject, bit, members};
+use crate::problems::kinds::{Impact, ProblemKind};
+use crate::problems::problem::{Grade, Problem, StepRole, Subject, bit, members};
 use crate::problems::sayings::Saying;
 use crate::problems::scene::{Last, Scene};
 use crate::rules::finding::Quantity;
@@ -131,11 +131,12 @@ impl IdleNodes {
     }
 }
 
-/// Returns true if a node is still heard, and neither written to nor in another problem.
+/// Returns true if a node is still heard, and neither written to nor in another problem that keeps a node from running.
 fn waits(node: u8, scene: &Scene<'_>) -> bool {
     let age = |at: Option<FrameRef>| at.and_then(|at| scene.at.since(at)).unwrap_or(Ns::MAX);
     let here = (scene.bus.heartbeat_period(node).unwrap_or(Ns::ZERO) * 2).max(WAITING_NS / 2);
-    let told =
-        scene.ledger.all.iter().any(|one| one.bus == scene.id && one.subject.concerns(node) && one.end.is_none());
+    let keeps = |one: &Problem| one.impact() < Impact::C || !one.clue.reported.is_empty();
+    let of_node = |one: &&Problem| one.bus == scene.id && one.subject.concerns(node) && one.end.is_none();
+    let told = scene.ledger.all.iter().filter(of_node).any(keeps);
     !told && age(scene.heard.last(node)) <= here && age(scene.heard.noted(Last::Written, node)) > WAITING_NS
 }

@@ -23,7 +23,78 @@ const LOOP: u64 = 3;
 /// Maximum distance of boot-ups of nodes that were lost together, in ns.
 const BACK_NS: Ns = Ns::from_s(1);
 
+/// Nodes that were Operational and have booted at about the same time: one bit each, and those that still do not run.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Together {
+    begin: FrameRef,
+    last: FrameRef,
+    nodes: u128,
+    idle: u128,
+}
+
+impl Together {
+    /// Records a boot-up; `fell`: the node was Operational before it, and nothing but its supply explains it.
+    pub(super) fn booted(&mut self, node: u8, fell: bool, at: FrameRef) {
+        if at.since(self.last).is_none_or(|since| since > BACK_NS) {
+            *self = Self { begin: at, ..Self::default() };
+        }
+        if fell {
+            (self.last, self.nodes, self.idle) = (at, self.nodes | bit(node), self.idle | bit(node));
+        }
+    }
+
+    pub(super) fn waits_for(&self, node: u8) -> bool {
+        self.idle & bit(node) != 0
+    }
+}
+
 impl NodeProblems {
+    /// Records that a node is Operational. If it is the last of several that have booted together, that is told unless it
+    /// was: no rule blames nodes that all boot, since the network was switched off. A capture without the command that has
+    /// started them lacks resets as well.
+    pub(super) fn runs_again(&mut self, node: u8, scene: &mut Scene<'_>) {
+        if !self.together.waits_for(node) {
+            return;
+        }
+        self.together.idle &= !bit(node);
+        if self.waiting.contains_key(&node) {
+            self.together.nodes &= !bit(node);
+        }
+        let Together { last, nodes, idle, .. } = self.together;
+        if idle == 0 && nodes.count_ones() > 1 && self.is_ordered(nodes, last) {
+            self.tell_restart(scene);
+        }
+    }
+
+    /// The same of nodes that do not run until the end of the capture, and are in no other problem.
+    pub(in crate::problems) fn restarted_last(&mut self, scene: &mut Scene<'_>) {
+        let open = scene.ledger.all.iter().filter(|one| one.bus == scene.id && one.end.is_none());
+        self.together.nodes &= !open.fold(0, |all, one| all | one.subject.nodes);
+        let Together { nodes, idle, .. } = self.together;
+        if idle & nodes != 0 && nodes.count_ones() > 1 && self.is_ordered(nodes, FrameRef::default()) {
+            self.tell_restart(scene);
+        }
+    }
+
+    /// Returns true if a start command to one of these nodes, or to all, is recorded behind a frame.
+    fn is_ordered(&self, nodes: u128, behind: FrameRef) -> bool {
+        let meant = |node: u8| node == 0 || nodes & bit(node) != 0;
+        self.ordered.iter().any(|(node, order)| meant(*node) && order.no > behind.no)
+    }
+
+    fn tell_restart(&self, scene: &mut Scene<'_>) {
+        let Together { begin, last, nodes, idle } = self.together;
+        let subject = Subject::nodes(nodes);
+        let place = scene.ledger.open(ProblemKind::NodeRestarted, scene.id, subject, begin, last);
+        if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+            one.step(begin, StepRole::Sign, Saying::BootedUnasked, None);
+            if idle == 0 {
+                one.step(scene.at, StepRole::Recovery, Saying::OperationalAgain, None);
+                one.ends(scene.at);
+            }
+        }
+    }
+
     /// Records a boot-up without a command (NMT003).
     pub(in crate::problems) fn restarted(&mut self, node: u8, finding: &Finding, was: bool, scene: &mut Scene<'_>) {
         let at = finding.at;
@@ -126,9 +197,14 @@ impl NodeProblems {
         let at = finding.at;
         let others = scene.ledger.last(scene.id, |one| {
             let near = at.since(one.begin).is_some_and(|since| since.abs() <= BACK_NS);
-            one.kind.is(KindRole::Restart) && one.repeats.count == 1 && near && !one.subject.concerns(node)
+            let several = !one.subject.concerns(node) || one.subject.node.is_none();
+            one.kind.is(KindRole::Restart) && one.repeats.count == 1 && near && several
         });
         let Some(one) = others.and_then(|place| scene.ledger.get_mut(place)) else { return false };
+        if one.subject.concerns(node) {
+            one.found(finding);
+            return true;
+        }
         (one.subject.nodes, one.subject.node) = (one.subject.nodes | bit(node), None);
         one.step(at, StepRole::Sign, Saying::BootedUnasked, Some(finding));
         if let Some(place) = others.filter(|_| was && !scene.heard.is_operational(node)) {

@@ -10,6 +10,7 @@ mod losses;
 
 use std::collections::BTreeMap;
 
+use self::changes::Together;
 use super::commanded::Commanded;
 use crate::bytes::frame::FrameRef;
 use crate::problems::ledger::LedgerPlace;
@@ -46,6 +47,7 @@ pub(in crate::problems) struct NodeProblems {
     ignored: BTreeMap<u8, IgnoredRpdos>,
     /// The last boot-up of each node.
     booted: BTreeMap<u8, FrameRef>,
+    together: Together,
 }
 
 /// RPDOs to a node that is not Operational: the first and the last, their number, and the problem.
@@ -63,6 +65,7 @@ impl NodeProblems {
         let at = scene.at;
         let was = scene.heard.is_operational(node) || self.was_operational & bit(node) != 0;
         self.booted.insert(node, at);
+        self.together.booted(node, was && scene.bus.booted_unasked(node), at);
         self.mute.remove(&node);
         if let Some(commanded) = &mut self.commanded {
             commanded.boots(node, scene.ledger);
@@ -102,6 +105,14 @@ impl NodeProblems {
         }
     }
 
+    /// Records that a node has another node-ID: it does not return under this one.
+    pub(in crate::problems) fn moved(&mut self, node: u8, scene: &mut Scene<'_>) {
+        self.started.remove(&node);
+        if self.commanded.as_mut().is_some_and(|commanded| commanded.is_over_without(node, scene)) {
+            self.commanded = None;
+        }
+    }
+
     /// Processes a state shown by error control.
     pub(in crate::problems) fn state(&mut self, node: u8, state: u8, scene: &mut Scene<'_>) {
         if state != OPERATIONAL {
@@ -110,6 +121,7 @@ impl NodeProblems {
         self.was_operational &= !bit(node);
         self.started.remove(&node);
         self.controlled(node, true, scene);
+        self.runs_again(node, scene);
         let at = scene.at;
         for place in self.waiting.remove(&node).unwrap_or_default() {
             let others = self.waiting.values().flatten().any(|other| *other == place)
@@ -148,6 +160,7 @@ impl NodeProblems {
             || self.owing.contains_key(&node)
             || self.ignored.contains_key(&node)
             || self.commanded.is_some()
+            || self.together.waits_for(node)
     }
 
     /// Returns true if a node is silent.
