@@ -184,6 +184,8 @@ pub(super) struct Holes {
     since_ns: Ns,
     /// Time until which a live bus has reported all its frames, in ns.
     given_ns: Option<Ns>,
+    /// Time of the last error frame: a silence that begins with one is that of a disturbed bus.
+    error_ns: Option<Ns>,
 }
 
 impl Holes {
@@ -226,7 +228,7 @@ impl Holes {
         resolution_ns: Ns,
     ) {
         let given = self.given_ns.is_some_and(|given_ns| given_ns > from_ns);
-        if given || self.doubt.is_some() || restarts(frame) {
+        if given || self.doubt.is_some() || restarts(frame) || self.error_ns == Some(from_ns) {
             return;
         }
         let expected = |even: Even| {
@@ -257,6 +259,9 @@ impl Holes {
 
     /// Follows the next frame, at `now`.
     pub(super) fn follow(&mut self, frame: &Frame, now: Ns, stalls: &Stalls) {
+        if frame.kind == Kind::Error {
+            self.error_ns = Some(now);
+        }
         let Some(doubt) = &mut self.doubt else { return };
         let id = identifier(frame);
         if let Some(place) = doubt.senders.iter().position(|one| Some(one.even.id) == id) {

@@ -196,7 +196,8 @@ impl Recording {
     pub(super) fn ordinary_gap(&self, frame: &Frame) -> Option<(Ns, Ns)> {
         let (now, last) = (frame.t_ns?, self.last_ns?);
         let gap = now - last;
-        let ordinary = (Ns::ZERO..=SHORTEST_STALL_NS).contains(&gap)
+        let ordinary = frame.kind != Kind::Error
+            && (Ns::ZERO..=SHORTEST_STALL_NS).contains(&gap)
             && self.clock.latest_ns.is_some_and(|latest| latest <= now)
             && self.resolution.stays_of_use()
             && self.duplicates.are_settled()

@@ -1,8 +1,8 @@
 //! Node-IDs assigned by LSS, from the slave's confirmation to the boot-up with it (CiA 305, CiA 301 7.2.8.2).
 //!
 //! A slave without node-ID adopts the new one when it returns to the waiting state; one with a node-ID adopts it at the
-//! next reset of its communication, or at a restart if it was stored. The slave's former node is not guessed: without
-//! certainty a new node-ID is simply a new node.
+//! next reset of its communication, or at a restart if it was stored. If nobody asked for the former node-ID, it is that of the
+//! only node that was reset since and did not boot; without such a node a new node-ID is simply a new node.
 
 use super::withheld::Withheld;
 use crate::bytes::frame::FrameRef;
@@ -38,6 +38,8 @@ struct NodeIdChange {
     active: bool,
     /// The frame from which on a boot-up is expected, and the deadline in ns.
     expected: Option<(FrameRef, Ns)>,
+    /// The nodes that were reset one by one since and have not booted, one bit each.
+    reset: u128,
 }
 
 /// The node-IDs assigned on a bus.
@@ -60,7 +62,8 @@ impl NodeIds {
         let Some(to) = self.requested else { return };
         self.changes.retain(|change| change.to != to && change.selection != selection);
         if (1..=127).contains(&to) && before != Before::Node(to) {
-            let fresh = NodeIdChange { at, selection, before, to, stored: false, active: false, expected: None };
+            let fresh =
+                NodeIdChange { at, selection, before, to, stored: false, active: false, expected: None, reset: 0 };
             self.changes.push(fresh);
         }
     }
@@ -90,6 +93,7 @@ impl NodeIds {
                 continue;
             }
             change.active = true;
+            change.reset |= 1 << (node & 0x7F);
             if !certain {
                 continue;
             }
@@ -111,9 +115,13 @@ impl NodeIds {
             let change = self.changes.swap_remove(place);
             return match change.before {
                 Before::Node(from) => Some((from, change.at)),
+                Before::Unknown if change.reset.count_ones() == 1 && change.reset != 1 => {
+                    Some((change.reset.trailing_zeros() as u8, change.at))
+                }
                 Before::Unknown | Before::Unconfigured => None,
             };
         }
+        self.changes.iter_mut().for_each(|change| change.reset &= !(1 << (node & 0x7F)));
         let old = self.changes.iter().position(|change| change.before == Before::Node(node) && change.active)?;
         let change = self.changes.swap_remove(old);
         if let Some((since, until)) = change.expected

@@ -56,6 +56,8 @@ pub struct Sync {
     follower: Follower,
     counter: Counter,
     window: SyncWindow,
+    /// A command has stopped or reset all nodes, and none was started since: the SYNC may end, before or after a few more.
+    halted: bool,
     /// The identifier of the followed SYNCs: the first one seen.
     id: Option<CanId>,
     lengths: Lengths,
@@ -166,6 +168,7 @@ impl Sync {
                     STOP | RESET_NODE | RESET_COMMUNICATION => Restart::Perhaps,
                     _ => return self.restart(None, Restart::Likely),
                 };
+                self.halted = command != START && (node == 0 || self.halted);
                 self.restart(Some(node).filter(|node| *node != 0), stops);
             }
             // An unreadable frame may have been any command to any node.
@@ -263,10 +266,11 @@ impl Sync {
         let Producer { restarted, stopped, ended } = std::mem::take(&mut self.producer);
         // A producer that starts counts from 1.
         let restarts = stopped == Restart::Perhaps && counter.is_some_and(|value| self.counter.begins_again(value));
-        let stopped = if ended || restarts { Restart::Likely } else { stopped };
         let wrong = self.lengths.judge(frame.len, self.settings.any_overflow, restarted, cx);
         let period = self.period.period_ns();
         let long = self.period.is_overdue(at);
+        let rests = self.halted && self.period.delay_ns(at).is_some_and(|silence| silence > self.end_ns());
+        let stopped = if ended || restarts || rests { Restart::Likely } else { stopped };
         let spread_ns = self.follower.spread_ns(self.cycle());
         let before = self.period.frame(self.cycle());
         let lost = before.and_then(|last| cx.evidence.circumstances.first_excuse(Rules::SyncGap, last));
@@ -363,14 +367,20 @@ impl Sync {
         cx.report_later(cx.excused(Rules::Sync, cx.when, finding), period_ns * EXPLAINED);
     }
 
+    /// Returns the time without SYNC after which it counts as stopped, in ns.
+    fn end_ns(&self) -> Ns {
+        self.period.period_ns().map_or(SILENT_NS, |period| (period * SILENT_PERIODS).max(SILENT_NS))
+    }
+
     /// Reports that SYNC has stopped although a node is Operational and the bus alive.
     fn judge_end(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some(silence) = self.period.delay_ns(cx.at).filter(|silence| *silence > SILENT_NS) else { return };
-        if self.producer.ended || self.producer.stopped != Restart::None || !cx.evidence.recording.teaches(cx.when) {
+        let intended = self.halted || self.producer.stopped != Restart::None;
+        if intended || self.producer.ended || !cx.evidence.recording.teaches(cx.when) {
             return;
         }
         let (Some(last), Some(period)) = (self.period.sync(self.cycle()), self.period.period_ns()) else { return };
-        let limit = (period * SILENT_PERIODS).max(SILENT_NS);
+        let limit = self.end_ns();
         let active_ns = cx.at.t_ns.map_or(Ns::ZERO, |now| now - self.activity.since_ns);
         let pauses = self.is_silent(cx.at) && active_ns <= period * GOES_ON;
         if pauses || !cx.evidence.recording.certainly_later(cx.when, last, limit) {

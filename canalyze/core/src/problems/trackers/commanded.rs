@@ -78,4 +78,14 @@ impl Commanded {
         }
         over
     }
+
+    /// Records that a node has another node-ID; returns true if the command has ended.
+    pub(super) fn is_over_without(&mut self, node: u8, scene: &mut Scene<'_>) -> bool {
+        self.left &= !bit(node);
+        let over = self.waits_only_for(0);
+        if let Some(one) = scene.ledger.get_mut(self.place).filter(|_| over) {
+            one.ends(scene.at);
+        }
+        over
+    }
 }

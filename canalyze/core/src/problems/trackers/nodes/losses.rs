@@ -87,8 +87,9 @@ impl NodeProblems {
         }
         let (sync_clue, clue_limit) = (scene.heard.sync_period_ns.map(|period| (sync, period)), finding.measured());
         let at_sync = producer && has_stopped(sync, finding.at, scene);
+        let controller = is_controller(node, period, finding.at, scene);
         if let Some(one) = scene.ledger.get_mut(place) {
-            one.clue.controller |= scene.heard.serving & bit(node) == 0 && scene.heard.control.no > 0;
+            one.clue.controller |= controller;
             one.clue.sync_producer |= producer && !goes_on;
             one.clue.sync = sync_clue;
             one.clue.because_of = finding.because_of.map(|at| at.no);
@@ -159,9 +160,10 @@ impl NodeProblems {
             return;
         };
         let clue = scene.heard.sync_period_ns.map(|period| (scene.heard.sync, period));
+        let controller = is_controller(node, scene.bus.heartbeat_period(node), at, scene);
         if let Some(one) = scene.ledger.get_mut(place) {
             one.grade = Grade::Likely;
-            one.clue.controller = scene.heard.serving & bit(node) == 0 && scene.heard.control.no > 0;
+            one.clue.controller = controller;
             (one.clue.sync_producer, one.clue.sync) = (producer, clue);
             if one.steps.is_empty() {
                 one.step(begin, StepRole::Sign, Saying::LastSign, None);
@@ -287,6 +289,13 @@ impl NodeProblems {
         one.step(begin, StepRole::Sign, Saying::LastSign, None);
         Some(place)
     }
+}
+
+/// Returns true if a silent node is the controller: it has sent nothing but heartbeats, and what controls has ended with them.
+fn is_controller(node: u8, period: Option<Ns>, at: FrameRef, scene: &Scene<'_>) -> bool {
+    let (control, alone) = (scene.heard.control, scene.heard.serving & bit(node) == 0);
+    let goes_on = at.since(control).zip(period).is_some_and(|(since, period)| since < period);
+    alone && control.no > 0 && !goes_on
 }
 
 /// Returns true if messages that accompany SYNC, the last of them at a frame, have stopped.
