@@ -80,3 +80,40 @@ def test_what_controls_goes_on_without_the_heartbeat_of_a_node(goes_on: bool) ->
     capture = diagnosed(log(*parts))
     (silent,) = [one for one in capture.roots if one["problem"] == "node-silent"]
     assert ("host" in silent["checks"]) == (not goes_on), capture.said
+
+
+def rpdos(period: float, until: float, start: float = 0.2, uneven: float = 0.0) -> Frames:
+    count = round((until - start) / period)
+    return [(start + period * (place + uneven * (place % 3)), f"205#{place % 251:02X}00") for place in range(count)]
+
+
+@pytest.mark.parametrize("period", [0.005, 0.02, 0.05])
+@pytest.mark.parametrize("reports", [False, True])
+@pytest.mark.parametrize("back", [0.0, 5.5])
+def test_rpdos_that_came_evenly_and_stop(period: float, reports: bool, back: float) -> None:
+    """On a bus without SYNC nobody knows whether they should go on, unless a node reports that it misses them."""
+    start: Frames = [(0.001, "000#0100")]
+    parts = [start, beats(1, 0.1, 8), running(5, 8), running(6, 8), rpdos(period, 4)]
+    if reports:
+        parts.append([(4.1, "085#5082110000000000")])
+    if back:
+        parts += [rpdos(period, 8, back), [(back + 0.1, "085#0000000000000000")]]
+    capture = diagnosed(log(*parts))
+    status = "ended" if back else "open" if reports else "unknown"
+    stopped = [one for one in capture.roots if one["problem"] == "rpdo-stopped"]
+    assert [one["status"] for one in stopped] == [status], capture.said
+    assert len(stopped[0]["effects"]) == reports, capture.said
+
+
+@pytest.mark.parametrize("period", [0.02, 0.05])
+def test_rpdos_that_need_not_go_on(period: float) -> None:
+    start: Frames = [(0.001, "000#0100")]
+    nodes = [beats(1, 0.1, 8), running(6, 8)]
+    # Sent at changes, until the end, or to a node that is stopped.
+    for parts in (
+        [running(5, 8), rpdos(period, 4, uneven=0.6)],
+        [running(5, 8), rpdos(period, 8)],
+        [running(5, 4), [(4, "000#8005")], beats(5, 0.1, 8, "7F", 4.05), rpdos(period, 4)],
+        [running(5, 4.2), rpdos(period, 4)],
+    ):
+        assert "rpdo-stopped" not in kinds(diagnosed(log(start, *nodes, *parts)))

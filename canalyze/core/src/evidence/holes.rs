@@ -14,6 +14,7 @@ use std::collections::BTreeSet;
 
 use crate::bytes::frame::{Frame, Kind};
 use crate::bytes::ns::Ns;
+use crate::wire::error_frame::{BUS_ERROR, PROTOCOL};
 
 use super::duplicates::PATIENCE_NS;
 use super::senders::{CountedSync, Even, SYNC, identifier};
@@ -184,7 +185,7 @@ pub(super) struct Holes {
     since_ns: Ns,
     /// Time until which a live bus has reported all its frames, in ns.
     given_ns: Option<Ns>,
-    /// Time of the last error frame: a silence that begins with one is that of a disturbed bus.
+    /// Time of the last error frame with an error of the bus: a silence that begins with one is that of a disturbed bus.
     error_ns: Option<Ns>,
 }
 
@@ -259,7 +260,7 @@ impl Holes {
 
     /// Follows the next frame, at `now`.
     pub(super) fn follow(&mut self, frame: &Frame, now: Ns, stalls: &Stalls) {
-        if frame.kind == Kind::Error {
+        if frame.kind == Kind::Error && frame.id.raw() & (PROTOCOL | BUS_ERROR) != 0 {
             self.error_ns = Some(now);
         }
         let Some(doubt) = &mut self.doubt else { return };

@@ -1,7 +1,7 @@
 //! The rules of cause, one in each row; the first match applies.
 //!
 //! A rule compares two problems of one bus and the facts known at their beginning. Its number appears as `cause` in
-//! machine output (L1 to L39); L0 is a cause that a finding names itself.
+//! machine output (L1 to L40); L0 is a cause that a finding names itself.
 
 use std::ops::RangeInclusive;
 
@@ -50,6 +50,7 @@ const RULES: &[CauseRule] = &[
     (32, no_heartbeats),
     (2, guarding_stopped),
     (3, commanded_reset_reported),
+    (40, rpdo_stopped),
     (5, rpdo_without_source),
     (6, sync_gone),
     (20, second_node),
@@ -220,6 +221,14 @@ pub(super) fn within(cause: &Problem, limit: Ns) -> RangeInclusive<Ns> {
     limit - period - LATE_NS..=limit + LATE_NS.max(limit / 3) + apart
 }
 
+/// L40: an RPDO of the node that reports its timeout does not come any more.
+fn rpdo_stopped(pair: &Pair<'_>) -> Option<(Grade, Ns)> {
+    let Pair { cause, effect, delay, .. } = *pair;
+    let waits = pair.reported(RPDO_TIMEOUT) || effect.kind.is(KindRole::AwaitsPdo);
+    let stopped = cause.kind.is(KindRole::NoRpdo) && pair.alone() && pair.lasted();
+    (waits && stopped && (Ns::ZERO..=WINDOW_NS).contains(&delay)).then_some((Grade::Certain, delay))
+}
+
 /// L5: the producer of the missing PDO does not send.
 fn rpdo_without_source(pair: &Pair<'_>) -> Option<(Grade, Ns)> {
     let Pair { cause, effect, delay, .. } = *pair;
@@ -234,6 +243,10 @@ fn rpdo_without_source(pair: &Pair<'_>) -> Option<(Grade, Ns)> {
     let source = cause.subject.nodes & effect.clue.sources != 0;
     if source {
         return Some((Grade::Certain, delay.abs()));
+    }
+    // Who waits for an RPDO itself has the same trouble.
+    if cause.clue.reported.contains(&RPDO_TIMEOUT) {
+        return None;
     }
     // Either its PDOs stopped as long ago as the node waits, or it is a pure controller, which sends the RPDOs that are
     // no node's TPDO.

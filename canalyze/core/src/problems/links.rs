@@ -184,6 +184,20 @@ pub(super) fn settle(ledger: &mut Ledger) {
             one.status = Status::Ended;
         }
     }
+    // Whether it should go on is no question where others suffer from it.
+    for place in 0..ledger.all.len() {
+        let Some(one) = ledger.get(place).filter(|one| one.clue.unsettled && one.status == Status::Unknown) else {
+            continue;
+        };
+        let suffers = |other: &Problem| {
+            let of_it = |link: Link| link.cause == one.id && link.grade >= Grade::Likely;
+            other.status == Status::Open && other.cause.is_some_and(of_it)
+        };
+        let open = ledger.told().any(suffers);
+        if let Some(one) = ledger.get_mut(place).filter(|_| open) {
+            one.status = Status::Open;
+        }
+    }
     // A consequence may precede its cause in the list, so this repeats for each link in a chain.
     let mut changed = true;
     while changed {

@@ -501,6 +501,9 @@ impl OfBus {
                     OPERATIONAL => self.heard.operational |= bit(node),
                     _ => self.heard.operational &= !bit(node),
                 }
+                if state == OPERATIONAL {
+                    self.pdos.beat(node, scene!(self, ledger, bus, id, at));
+                }
                 let changed = state == OPERATIONAL && (!before || self.nodes.is_waiting(node));
                 if changed {
                     self.nodes.state(node, state, scene!(self, ledger, bus, id, at));

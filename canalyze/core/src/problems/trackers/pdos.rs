@@ -1,8 +1,12 @@
-//! PDOs that come with SYNC and stop while it goes on, two senders of one RPDO, and frames that no RPDO takes.
+//! PDOs that come with SYNC and stop while it goes on, RPDOs that came at even times without SYNC, two senders of one RPDO,
+//! and frames that no RPDO takes.
+//!
+//! What a controller sends at even times is no event. Whether it should go on nobody knows on a bus without SYNC.
 
 use std::collections::BTreeMap;
 
 use crate::bytes::frame::{CanId, Frame, FrameRef};
+use crate::bytes::ns::Ns;
 use crate::checks::pdo::configuration::pdo_parameter;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
@@ -20,6 +24,11 @@ const CYCLES: u32 = 20;
 /// Number of cycles with the data of the one before, or of cycles in all, from which it is not sent by changes.
 const UNCHANGED: u32 = 10;
 const MANY: u32 = 10 * CYCLES;
+/// Number of even gaps in a row that a sender by time makes, the part of a gap by which even ones differ at most, and the
+/// number of heartbeats of the node, each so many gaps later, without the RPDO.
+const EVEN: u32 = 50;
+const EVEN_PART: i64 = 4;
+const LATE: u32 = 3;
 /// Number of SYNC cycles in a row with two different frames, each as in the cycle before, that two senders make.
 const TWICE: u32 = 10;
 /// Maximum number of PDOs that are followed.
@@ -60,6 +69,11 @@ struct Cyclic {
     same: u32,
     without: u32,
     twice: u32,
+    /// Mean time between the last frames, in ns, the number of gaps in a row like it, and the number of heartbeats of the node
+    /// since they have stopped.
+    gap_ns: Ns,
+    even: u32,
+    late: u32,
     /// True once it has come in [`CYCLES`] cycles in a row, once in each.
     expected: bool,
     stopped: Option<LedgerPlace>,
@@ -89,7 +103,7 @@ impl Pdos {
         if !data.transmit {
             self.disabled(data, frame, scene);
         }
-        if scene.heard.sync_period_ns.is_none() {
+        if scene.heard.sync_period_ns.is_none() && data.transmit {
             return;
         }
         let name = CyclicName::new(data.node, data.transmit, data.number);
@@ -103,6 +117,12 @@ impl Pdos {
         if let Some(slot) = one.now.get_mut(one.frames as usize) {
             *slot = frame.head();
         }
+        let gap_ns = at.since(one.last).unwrap_or(Ns::ZERO);
+        let even = gap_ns > Ns::ZERO && (gap_ns - one.gap_ns).abs() <= one.gap_ns / EVEN_PART;
+        (one.gap_ns, one.even, one.late) = match even {
+            true => (one.gap_ns + (gap_ns - one.gap_ns) / 16, one.even.saturating_add(1), 0),
+            false => (gap_ns, 0, 0),
+        };
         (one.frames, one.last) = (one.frames.saturating_add(1), at);
         if let Some(problem) = one.stopped.take().and_then(|place| scene.ledger.get_mut(place)) {
             problem.step(at, StepRole::Recovery, Saying::PdoAgain, None);
@@ -179,6 +199,28 @@ impl Pdos {
                 if !transmit || here && is_unknown(node, number, scene) {
                     one.stopped = scene.ledger.open(kind, scene.id, subject, one.last, scene.at);
                 }
+            }
+        }
+    }
+
+    /// Processes a heartbeat of an Operational node: on a bus without SYNC, RPDOs to it that came evenly are due.
+    pub(in crate::problems) fn beat(&mut self, node: u8, scene: &mut Scene<'_>) {
+        if scene.heard.sync_period_ns.is_some() {
+            return;
+        }
+        let from = self.cyclic.partition_point(|one| one.name < CyclicName::new(node, false, 0));
+        let of_node = self.cyclic.iter_mut().skip(from).take_while(|one| one.name.node() == node && !one.name.pdo().0);
+        for one in of_node.filter(|one| one.even >= EVEN && one.stopped.is_none()) {
+            let limit_ns = one.gap_ns * i64::from(CYCLES);
+            one.late += u32::from(scene.at.since(one.last).is_some_and(|since| since > limit_ns));
+            if one.late < LATE {
+                continue;
+            }
+            let subject = Subject { pdo: Some(one.name.pdo()), ..Subject::node(node) };
+            one.stopped = scene.ledger.open(ProblemKind::RpdoStopped, scene.id, subject, one.last, scene.at);
+            if let Some(problem) = one.stopped.and_then(|place| scene.ledger.get_mut(place)) {
+                problem.clue.unsettled = true;
+                problem.fact("period", Quantity::Ns(one.gap_ns));
             }
         }
     }
