@@ -36,7 +36,8 @@ const LEAST_ECHO_NS: Ns = Ns::from_us(2_500);
 pub const USUAL_ECHO_NS: Ns = Ns::from_ms(1);
 /// Number of exchanges after which the delay is taken from them.
 const EXCHANGES: u32 = 64;
-/// Number of exchanges, all in order, after which a missing own frame is not awaited at the end of the capture.
+/// Number of exchanges, all in order, after which a missing own frame is not awaited at the end of the capture; and of prompt
+/// ones after which own frames are known to be listed in time for the most part.
 const IN_ORDER: u32 = 16;
 /// The limit for [`Silence::paused`], in tenths of a period.
 const TWO_PERIODS_TENTHS: i64 = 20;
@@ -171,6 +172,8 @@ struct StampClock {
 #[derive(Clone, Copy, Debug, Default)]
 struct Echo {
     exchanges: u32,
+    /// Those in order whose answer came so soon that an own frame listed late would have been listed behind it.
+    prompt: u32,
     latest_ns: Ns,
 }
 
@@ -441,10 +444,14 @@ impl Recording {
         (self.taken_ns, self.silence) = (None, None);
     }
 
-    /// Records an exchange whose request is listed `late_ns` after the answer (0: before it).
-    pub fn exchanged(&mut self, late_ns: Ns) {
+    /// Records an exchange whose frames are `apart_ns` apart; `in_order`: its request is listed before the answer.
+    pub fn exchanged(&mut self, apart_ns: Ns, in_order: bool) {
         self.echo.exchanges = self.echo.exchanges.saturating_add(1);
-        self.echo.latest_ns = self.echo.latest_ns.max(late_ns.clamp(Ns::ZERO, LATEST_ECHO_NS));
+        if in_order {
+            self.echo.prompt = self.echo.prompt.saturating_add(u32::from(apart_ns < LEAST_ECHO_NS));
+        } else {
+            self.echo.latest_ns = self.echo.latest_ns.max(apart_ns.min(LATEST_ECHO_NS));
+        }
     }
 
     /// Returns the resolution of the stamps in ns; at least 1.
@@ -464,6 +471,11 @@ impl Recording {
     /// Returns true if the capture lists own frames when they are sent, as far as its exchanges show.
     pub fn lists_in_order(&self) -> bool {
         self.echo.exchanges >= IN_ORDER && self.echo.latest_ns == Ns::ZERO
+    }
+
+    /// Returns true if the host lists own frames in time for the most part: single ones may be late all the same.
+    pub fn lists_promptly(&self) -> bool {
+        self.echo.prompt >= IN_ORDER && self.echo.latest_ns == Ns::ZERO
     }
 
     /// Returns true if the time of a frame shows something about its sender; frames of a burst may have any time.

@@ -308,7 +308,7 @@ fn a_late_echo_is_an_interval() {
     let (late, _) = observe(&mut recording, &frame(3, 0x80, &[], 109_001), true);
     assert!(recording.may_precede(late, pdo));
     for _ in 0..100 {
-        recording.exchanged(Ns::ZERO);
+        recording.exchanged(Ns(1_000_000), true);
     }
     assert!(recording.certainly_within(pdo, sync, Ns(7_000_000)));
     assert!(!recording.may_precede(late, pdo));

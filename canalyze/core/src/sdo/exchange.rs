@@ -14,7 +14,6 @@ use super::state::{Refused, SdoChannel, UnderWay};
 use super::transfer::{Abort, Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Initiate, Mux, Segment, Side};
 use crate::bytes::frame::FrameRef;
-use crate::bytes::ns::Ns;
 use crate::rules::sdo::{
     Sdo001, Sdo002, Sdo003, Sdo004, Sdo006, Sdo007, Sdo016, Sdo017, Sdo020, Sdo021, Sdo022, Sdo024,
 };
@@ -70,8 +69,8 @@ impl SdoChannel {
     fn pair(&mut self, request: &Half, response: &Half, cx: &mut Context<'_>) {
         let fits = wire::fits(&request.command, &response.command);
         if let (Some(asked), Some(answered), true) = (request.at.t_ns, response.at.t_ns, fits) {
-            let late = if response.at.no < request.at.no { asked - answered } else { Ns::ZERO };
-            cx.evidence.recording.exchanged(late);
+            let in_order = request.at.no < response.at.no;
+            cx.evidence.recording.exchanged((answered - asked).abs(), in_order);
         }
         self.judge_time(request, response, cx);
         self.history.last_request = Some(request.command);

@@ -249,7 +249,8 @@ impl SyncPeriod {
 
     /// Forgets the period after a change of configuration.
     pub fn forget(&mut self) {
-        let (cycle, calm_from) = (self.cycle, self.calm_from);
+        // The gap that runs meanwhile has neither of the periods.
+        let (cycle, calm_from) = (self.cycle, self.calm_from.max(self.cycle + 1));
         *self = Self { cycle, calm_from, syncs: std::mem::take(&mut self.syncs), ..Self::default() };
     }
 

@@ -28,6 +28,8 @@ const TRACKS: usize = 512;
 /// the device need not have kept.
 const ESTABLISHED: u8 = 1;
 const ESTABLISHED_BY_EDS: u8 = 8;
+/// Number of frames in a row outside the window that no chance of the listing explains.
+const OUTSIDE: u32 = 20;
 /// Number of measured gaps before a large tolerance is reported.
 const MEASURED: u64 = 9;
 /// Number of cycles for which a finding waits for the SYNC that explains it.
@@ -84,6 +86,8 @@ struct TpdoTrack {
     /// A finding about a frame so late that its own SYNC may be the next one, which is listed later still. The next
     /// frame of the PDO decides.
     late: Option<Box<Finding>>,
+    /// Number of frames in a row that are outside the window of the SYNC listed before them.
+    outside: u32,
 }
 
 /// The configuration of a PDO.
@@ -326,6 +330,7 @@ impl TpdoTrack {
             wrong: Series::default(),
             other: (0, 0, FrameRef::default()),
             late: None,
+            outside: 0,
         }
     }
 
@@ -417,14 +422,18 @@ impl TpdoTrack {
             delayed = cycles > 0 && recording.certainly_later(now.when, last.when, limit);
             before_next && delayed
         });
-        let lag_ns = if sync.own && !late { recording.lag_ns() } else { Ns::ZERO };
+        let outside = recording.certainly_later(now.when, sync, window + tolerance);
+        self.outside = if outside { self.outside.saturating_add(1) } else { 0 };
+        // SYNCs that are listed late by chance are not so one after the other.
+        let always = self.outside >= OUTSIDE && recording.lists_promptly();
+        let lag_ns = if sync.own && !late && !always { recording.lag_ns() } else { Ns::ZERO };
         let judged =
             (self.configured.needed == ESTABLISHED || self.established()) && now.cycle >= known.period.calm_from();
         if !judged
             || tolerance >= window
             || delay >= period - lag_ns && !delayed
             || !recording.teaches(sync)
-            || !recording.certainly_later(now.when, sync, window + tolerance)
+            || !outside
         {
             return;
         }
