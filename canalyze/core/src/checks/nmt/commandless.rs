@@ -71,6 +71,12 @@ impl Commandless {
         self.filtered |= !self.commanded && (to != PRE_OPERATIONAL || self.waiting.iter().any(alike));
     }
 
+    /// Takes the return of a node to Operational, without a boot-up: only a command does that to one that has left it.
+    pub fn returned(&mut self, node: u8) {
+        let left = |one: &Finding| one.code == Code::Nmt004 && one.node == Some(node);
+        self.filtered |= !self.commanded && self.waiting.iter().any(left);
+    }
+
     /// Takes a finding that no command explains. `wait_ns`: time in which something else may explain it.
     pub fn find(&mut self, finding: Finding, wait_ns: Ns, cx: &mut Context<'_>) {
         if self.commanded && wait_ns > Ns::ZERO && finding.because_of.is_none() {

@@ -388,6 +388,9 @@ impl Nmt {
             // It was never in the other state: no error brings a node back by itself.
             self.commandless.find(finding, Ns::ZERO, cx);
         }
+        if state == OPERATIONAL && before == PRE_OPERATIONAL {
+            self.commandless.returned(node);
+        }
         if allowed || starts_itself || node_state.reports.unsettled {
             return;
         }

@@ -262,7 +262,14 @@ impl NodeProblems {
             one.end = None;
         }
         scene.ledger.grown.push(place);
-        self.wait(node, place);
+        // The finding may come after the node is Operational again.
+        let back = scene.heard.is_operational(node).then(|| scene.heard.last_heartbeat(node)).flatten();
+        match back.filter(|back| back.no > at.no) {
+            Some(back) if !self.waiting.values().flatten().any(|other| *other == place) => {
+                self.close(place, back, Saying::OperationalAgain, scene);
+            }
+            _ => self.wait(node, place),
+        }
     }
 
     /// Returns the recent problem of the same node leaving Operational. If it became Operational in between without a
