@@ -117,3 +117,22 @@ def test_rpdos_that_need_not_go_on(period: float) -> None:
         [running(5, 4.2), rpdos(period, 4)],
     ):
         assert "rpdo-stopped" not in kinds(diagnosed(log(start, *nodes, *parts)))
+
+
+@pytest.mark.parametrize(
+    ("abort", "told"),
+    [
+        ("605#8000100000000405", ["request-unanswered"]),  # by the client, after a time-out
+        ("585#80501F0104000405", ["program-download-failed"]),
+        ("585#8001200010000706", ["length-refused"]),
+        ("585#8001200000000206", []),  # no such object, as who tries to read one is told
+        ("605#8001200000000005", []),
+    ],
+)
+def test_an_excerpt_that_begins_within_a_transfer_and_shows_its_abort(abort: str, told: list[str]) -> None:
+    """What was tried before or later nobody knows."""
+    nodes = [running(5, 1), running(6, 1)]
+    assert statuses(diagnosed(log(*nodes, [(0.5, abort)]))) == [(kind, "unknown") for kind in told]
+    # Behind a transfer that the capture has.
+    whole: Frames = [(0.1, "605#4000100000000000"), (0.101, "585#4300100092010000")]
+    assert not [one for one in statuses(diagnosed(log(*nodes, whole, [(0.5, abort)]))) if one[1] == "unknown"]

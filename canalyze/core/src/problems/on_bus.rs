@@ -168,7 +168,13 @@ impl OfBus {
                 What::Change(change) => self.change(change, frame, bus, ledger),
                 What::Pdo(data) => self.pdo(data, frame, bus, ledger),
                 What::Mpdo(data) if data.transmit => self.alive(data.node, frame, bus, ledger),
-                What::Sdo(step) => self.sdo(step, event.node, frame, bus, ledger),
+                What::Sdo(step) => {
+                    let told = events.iter().any(|event| matches!(event.what, What::Transfer(_) | What::Finding(_)));
+                    if let Some(node) = event.node.filter(|_| !told) {
+                        self.configurations.step(node, step, scene!(self, ledger, bus, id, at));
+                    }
+                    self.sdo(step, event.node, frame, bus, ledger)
+                }
                 What::Transfer(transfer) => {
                     self.transfer(transfer, id, at, bus, ledger);
                     transfer.mux.is_some_and(|mux| mux.index == ERROR_REGISTER)

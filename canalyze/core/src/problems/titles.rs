@@ -13,6 +13,7 @@ use crate::rules::{Measured, Variant};
 const OTHERS: Titles = &[
     (&[When::Reported, When::Often], &title::ReportedOften),
     (&[When::Reported], &title::Reported),
+    (&[When::Has("unseen")], &title::AbortedUnseen),
     (&[When::Has("client_aborted")], &title::ClientAborted),
     (&[When::Has("client_aborted")], &title::ClientAbortedUnseen),
     (&[When::Timed, When::Over, When::Has("booted")], &title::Refused),

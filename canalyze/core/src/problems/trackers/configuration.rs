@@ -18,11 +18,11 @@ use crate::problems::scene::Scene;
 use crate::rules::finding::{Finding, Quantity};
 use crate::sdo::abort_code::AbortCode;
 use crate::sdo::transfer::{Abort, Direction, Status, Transfer};
-use crate::sdo::wire::{Mux, Side};
+use crate::sdo::wire::{Command, Mux, Side};
+use crate::world::event::Step;
 
 /// Minimum pause that ends a run of writes, in ns.
 const PAUSE_NS: Ns = Ns::from_s(2);
-/// The abort code of a client after a time-out.
 /// Maximum number of refused objects of a node.
 const KEPT: usize = 64;
 /// Maximum number of kept bytes of a refused value.
@@ -36,6 +36,8 @@ pub(in crate::problems) struct Configurations {
     asked: BTreeMap<u8, FrameRef>,
     /// Nodes requested in vain and never heard.
     missed: Vec<(u8, ProblemId)>,
+    /// Nodes with which a transfer begins in the capture, or that are told not to have, one bit each.
+    begun: u128,
 }
 
 /// A refused write: object and value; the value is empty if longer than [`LONGEST`] or not known.
@@ -113,6 +115,33 @@ impl Configurations {
             self.missed.push((node, one.id));
         }
         one.step(at, StepRole::Attempt, Saying::ClientGaveUp, None);
+    }
+
+    /// Processes an SDO frame that ends no transfer. If it aborts the first transfer with its node, of which the capture has
+    /// no beginning, nothing else tells of that: by the client after a time-out, or by the server for a reason that concerns
+    /// data. Whether it was tried again is unknown.
+    pub(in crate::problems) fn step(&mut self, node: u8, step: &Step, scene: &mut Scene<'_>) {
+        let Command::Abort(mux, code) = step.command else {
+            self.begun |= if step.command.is_initiate() { bit(node) } else { 0 };
+            return;
+        };
+        let code = AbortCode::Sdo(code);
+        let kind = match (step.side, code.meaning()) {
+            _ if step.mux.is_some() || self.begun & bit(node) != 0 => return,
+            (Side::Client, _) if code.is_timeout() => ProblemKind::RequestUnanswered,
+            (Side::Server, 0x0503_0000..=0x0504_FFFF | 0x0601_0002 | 0x0604_0000..=0x0609_0010) => kind(code, mux),
+            (Side::Server, 0x0609_0030..=0x0800_0022) => kind(code, mux),
+            _ => return,
+        };
+        self.begun |= bit(node);
+        let (subject, at) = (Subject::node(node), scene.at);
+        let place = scene.ledger.open(kind, scene.id, subject, at, at);
+        if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+            one.clue.unsettled = true;
+            one.fact("object", Quantity::Object(mux));
+            one.fact("abort", Quantity::Abort(code));
+            one.fact("unseen", Quantity::Count(1));
+        }
     }
 
     /// Ends the problems of a node that was requested in vain and is now heard; `booted`: by its boot-up.
