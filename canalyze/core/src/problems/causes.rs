@@ -332,7 +332,8 @@ fn supply_dipped(pair: &Pair<'_>) -> Option<(Grade, Ns)> {
 /// L11: a lost node answers nothing.
 fn nobody_to_answer(pair: &Pair<'_>) -> Option<(Grade, Ns)> {
     let Pair { cause, effect, delay, same_node } = *pair;
-    let gone = cause.kind.is(KindRole::Gone);
+    // One that is back answers again.
+    let gone = cause.kind.is(KindRole::Gone) && pair.lasted();
     // A Pre-operational node answers; a Stopped or booting one does not.
     let mute = pair.commanded() && cause.get("command") != Some(Quantity::Command(0x80));
     if same_node && effect.kind.is(KindRole::Service) && (gone || mute) {

@@ -274,8 +274,12 @@ impl Configurations {
         }
     }
 
-    /// Ends the refused writes of a node that booted.
+    /// Ends the refused writes of a node that booted; a program that it refused it has not.
     pub(in crate::problems) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+        let program = |place| scene.ledger.get(place).is_some_and(|one| one.kind.is(KindRole::Program));
+        if self.open.get(&node).is_some_and(|(place, _)| program(*place)) {
+            return;
+        }
         if let Some((place, _)) = self.open.remove(&node)
             && let Some(one) = scene.ledger.get_mut(place)
         {
