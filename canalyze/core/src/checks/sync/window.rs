@@ -28,11 +28,13 @@ const TRACKS: usize = 512;
 /// the device need not have kept.
 const ESTABLISHED: u8 = 1;
 const ESTABLISHED_BY_EDS: u8 = 8;
+/// Number of distances in a row that are the same and not those of the transmission type.
+const OTHER_TYPE: u32 = 3;
 /// Number of frames in a row outside the window that no chance of the listing explains.
 const OUTSIDE: u32 = 20;
 /// Number of measured gaps before a large tolerance is reported.
 const MEASURED: u64 = 9;
-/// Number of cycles for which a finding waits for the SYNC that explains it.
+/// Number of cycles for which a finding waits for the SYNC, or the transmission type, that explains it.
 const EXPLAINED: i64 = 8;
 /// Number of times in a row that a PDO has come after the same wrong number of SYNCs before that is its interval.
 const OTHER: u32 = 8;
@@ -167,6 +169,7 @@ impl SyncWindow {
         let Some(tracks) = self.nodes.get_mut(node) else { return };
         for track in tracks {
             let n = u64::from(track.configured.kind);
+            let n = if track.is_of_other_type() { track.other.0 } else { n };
             let Some(last) =
                 track.last.filter(|_| track.cyclic() && track.established() && !(track.open.reported || track.touched))
             else {
@@ -202,6 +205,10 @@ impl SyncWindow {
                 let what = Pdo023::WithSync { found, expected: track.configured.kind.into() };
                 let finding = cx.verdict(what, Some(node), Some(track.object()), Some(since));
                 cx.report(cx.excused(Rules::SynchronousPdo, last.when, finding));
+            } else if let Some(last) = track.last.filter(|_| track.is_of_other_type() && track.established()) {
+                let what = Syn010::TransmissionType { found, expected: u64::from(track.configured.kind.max(1)) };
+                let finding = cx.verdict(what, Some(node), Some(track.object()), Some(since));
+                cx.report(cx.excused(Rules::SynchronousPdo, last.when, Finding { at: last.when.at, ..finding }));
             }
         }
     }
@@ -474,6 +481,11 @@ impl TpdoTrack {
             return self.wrong.keep();
         }
         let judged = self.established() && !reported;
+        if passed.is(n) && self.is_of_other_type() && self.established() {
+            let what = Syn010::TransmissionType { found: self.other.0, expected: n };
+            let finding = Finding { at: last.when.at, ..cx.verdict(what, Some(known.node), Some(self.object()), None) };
+            self.report(finding, last.when, known, cx);
+        }
         if passed.is(n) || (passed.syncs + self.phase_of(last)).is_multiple_of(n) && last.cycle != self.phase {
             self.steady = self.steady.saturating_add(u8::from(passed.is(n)));
             (self.phase, self.other.1) = (now.cycle, 0);
@@ -496,11 +508,25 @@ impl TpdoTrack {
         };
     }
 
+    /// Returns true if it has come after the same number of SYNCs several times in a row, and not after that of its type: that
+    /// is told at the end of the capture, or once it comes as configured.
+    fn is_of_other_type(&self) -> bool {
+        self.other.1 >= OTHER_TYPE && self.other.0 > u64::from(self.configured.kind.max(1))
+    }
+
     /// Reports a frame that came in another cycle than was due.
     #[cold]
     fn out_of_cycle(&mut self, last: Arrival, now: Arrival, passed: Passed, known: &Judged<'_>, cx: &mut Context<'_>) {
         let n = u64::from(self.configured.kind.max(1));
         let multiple = passed.syncs.is_multiple_of(n) || passed.least.is_multiple_of(n);
+        self.compare(last, passed);
+        if self.is_of_other_type() {
+            let (node, object) = (known.node, self.object());
+            let about = |one: &Finding| one.object == Some(object) && one.node == Some(node);
+            cx.evidence.pending.withdraw(|one| one.code == Code::Syn008 && about(one));
+            self.phase = now.cycle;
+            return;
+        }
         if passed.least > n && multiple {
             let count = passed.least / n;
             let due = last.cycle + n;
