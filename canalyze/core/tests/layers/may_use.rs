@@ -93,7 +93,7 @@ pub(crate) const MAY_USE: &[Row] = &[
     ),
     ("bytes::writers::loss", &[]),
     ("evidence::period", &["bytes::ns", "bytes::frame"]),
-    ("evidence", &["bytes::ns", "bytes::frame", "rules", "rules::finding", "wire::cob_id"]),
+    ("evidence", &["bytes::ns", "bytes::frame", "rules", "rules::finding", "wire::cob_id", "wire::error_frame"]),
     ("world::repeats", &["bytes::frame", "sdo::wire", "rules::finding", "world::event"]),
     (
         "world::context",

@@ -9,13 +9,13 @@ use std::collections::BTreeMap;
 use crate::bytes::frame::FrameRef;
 use crate::bytes::ns::Ns;
 use crate::checks::pdo::configuration::pdo_parameter;
-use crate::problems::kinds::ProblemKind;
+use crate::problems::kinds::{ProblemKind, signed};
 use crate::problems::ledger::LedgerPlace;
 use crate::problems::problem::{ProblemId, StepRole, Subject, bit};
 use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
-use crate::rules::finding::{Finding, Quantity};
+use crate::rules::finding::{Code, Finding, Quantity};
 use crate::sdo::abort_code::AbortCode;
 use crate::sdo::transfer::{Abort, Direction, Status, Transfer};
 use crate::sdo::wire::{Command, Mux, Side};
@@ -127,12 +127,16 @@ impl Configurations {
         };
         let code = AbortCode::Sdo(code);
         let kind = match (step.side, code.meaning()) {
-            _ if step.mux.is_some() || self.begun & bit(node) != 0 => return,
-            (Side::Client, _) if code.is_timeout() => ProblemKind::RequestUnanswered,
-            (Side::Server, 0x0503_0000..=0x0504_FFFF | 0x0601_0002 | 0x0604_0000..=0x0609_0010) => kind(code, mux),
-            (Side::Server, 0x0609_0030..=0x0800_0022) => kind(code, mux),
-            _ => return,
+            _ if step.mux.is_some() || self.begun & bit(node) != 0 => None,
+            // That of a request without response.
+            (Side::Client, _) if code.is_timeout() => signed(Code::Sdo002).map(|(kind, _)| kind),
+            (Side::Server, 0x0503_0000..=0x0504_FFFF | 0x0601_0002 | 0x0604_0000..=0x0609_0010) => {
+                Some(kind(code, mux))
+            }
+            (Side::Server, 0x0609_0030..=0x0800_0022) => Some(kind(code, mux)),
+            _ => None,
         };
+        let Some(kind) = kind else { return };
         self.begun |= bit(node);
         let (subject, at) = (Subject::node(node), scene.at);
         let place = scene.ledger.open(kind, scene.id, subject, at, at);
