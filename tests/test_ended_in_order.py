@@ -136,3 +136,15 @@ def test_an_excerpt_that_begins_within_a_transfer_and_shows_its_abort(abort: str
     # Behind a transfer that the capture has.
     whole: Frames = [(0.1, "605#4000100000000000"), (0.101, "585#4300100092010000")]
     assert not [one for one in statuses(diagnosed(log(*nodes, whole, [(0.5, abort)]))) if one[1] == "unknown"]
+
+
+@pytest.mark.parametrize("command", ["80", "02"])
+@pytest.mark.parametrize("seconds", [0.5, 3.0])
+def test_a_controller_does_not_obey_its_own_command(command: str, seconds: float) -> None:
+    state, back = ("7F" if command == "80" else "04"), 2 + seconds
+    nodes = [running(number, 2.03) + beats(number, 0.1, back, state, 2.08) for number in (5, 6)]
+    again = [running(number, back + 3, back + 0.05) for number in (5, 6)]
+    start: Frames = [(0.001, "000#0100"), (2.0, f"000#{command}00"), (back, "000#0100")]
+    capture = diagnosed(log(start, *nodes, *again, beats(1, 0.1, back + 3)))
+    (stopped,) = [one for one in capture.incidents if one["problem"] == "commanded-stop"]
+    assert (stopped["status"], stopped["subject"]["nodes"]) == ("harmless", [5, 6]), capture.said

@@ -15,7 +15,7 @@ use std::path::Path;
 /// Nodes that do not run, senders that are listed twice, and what the recording lacks are models of their own; so are a bus that
 /// restarts as a whole, and RPDOs that come evenly.
 /// It was 68,630 while files whose tests are declared at their head counted up to there only.
-const WHOLE: usize = 75_040;
+const WHOLE: usize = 75_062;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -54,8 +54,9 @@ const BUDGETS: &[(&str, usize)] = &[
     // the nodes of the first screen, nodes that are not started behind a reset, and who gave a request up. With PDOs that
     // only seemed to be missing before their interval was known. With the end of an SRDO's absence, and heartbeats that only
     // seem to be lost where their former period is back. With nodes that are there and do not run, a bus that restarts as a
-    // whole, RPDOs that stop without SYNC, and aborts of transfers that an excerpt does not have.
-    ("problems", 6_900),
+    // whole, RPDOs that stop without SYNC, aborts of transfers that an excerpt does not have, and controllers that do not obey
+    // themselves.
+    ("problems", 6_922),
     // With JSON objects and rows of CSV in parts, since most of them is as in an earlier line, and selections that are found
     // without a search.
     ("tables", 6_610),

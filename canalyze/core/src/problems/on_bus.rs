@@ -346,7 +346,7 @@ impl OfBus {
         }
         if data.state == Some(OPERATIONAL) && self.nodes.is_waiting(data.node) {
             self.heard.operational |= bit(data.node);
-            self.nodes.state(data.node, OPERATIONAL, scene!(self, ledger, bus, id, at));
+            self.nodes.state(data.node, OPERATIONAL, false, scene!(self, ledger, bus, id, at));
             return true;
         }
         dirty
@@ -490,7 +490,7 @@ impl OfBus {
                 }
                 false
             }
-            Change::State { node, state, .. } => {
+            Change::State { node, state, previous, .. } => {
                 self.heard.state(node, Some(state));
                 self.nodes.heard(node, true, scene!(self, ledger, bus, id, at));
                 self.heartbeats.beat(node, scene!(self, ledger, bus, id, at));
@@ -512,7 +512,7 @@ impl OfBus {
                 }
                 let changed = state == OPERATIONAL && (!before || self.nodes.is_waiting(node));
                 if changed {
-                    self.nodes.state(node, state, scene!(self, ledger, bus, id, at));
+                    self.nodes.state(node, state, previous == Some(state), scene!(self, ledger, bus, id, at));
                     for ends in [Ends::Guarded, Ends::Operational] {
                         self.found.sign(Sign::of(ends, Some(node)), scene!(self, ledger, bus, id, at));
                     }

@@ -10,8 +10,8 @@ use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 
-/// Time for which a heartbeat may have waited to be sent when a command came, in ns.
-const ON_ITS_WAY_NS: Ns = Ns::from_ms(10);
+/// Time for which a heartbeat may have waited to be sent when a command came, and in which the command is obeyed, in ns.
+const ON_ITS_WAY_NS: Ns = Ns::from_ms(50);
 
 /// A command that has not ended.
 #[derive(Clone, Copy, Debug)]
@@ -19,7 +19,7 @@ pub(super) struct Commanded {
     pub(super) place: LedgerPlace,
     /// Nodes that are not Operational again, one bit each.
     left: u128,
-    /// Those of them that should have been reset but continue without a boot-up.
+    /// Those of them that continue as if they were not meant.
     goes_on: u128,
 }
 
@@ -54,9 +54,14 @@ impl Commanded {
         }
     }
 
-    /// Records that error control shows a node as Operational, after its last boot-up `booted`; returns true if the
-    /// command has ended.
-    pub(super) fn is_over_with(&mut self, node: u8, booted: Option<FrameRef>, scene: &mut Scene<'_>) -> bool {
+    /// Records that error control shows a node as Operational, after its last boot-up `booted`; `stays`: it has reported no
+    /// other state meanwhile. Returns true if the command has ended.
+    pub(super) fn is_over_with(
+        &mut self,
+        node: u8,
+        (booted, stays): (Option<FrameRef>, bool),
+        scene: &mut Scene<'_>,
+    ) -> bool {
         let at = scene.at;
         let Some(one) = scene.ledger.get_mut(self.place) else { return false };
         // A heartbeat so soon behind the command was sent, or waited to be sent, before it.
@@ -65,7 +70,8 @@ impl Commanded {
         }
         let booted = booted.is_some_and(|boot| boot.no > one.begin.no);
         let others = one.subject.nodes & !bit(node);
-        if one.kind.is(KindRole::Reset) && !booted && others != 0 {
+        let obeyed = if one.kind.is(KindRole::Reset) { booted } else { !stays };
+        if !obeyed && others != 0 && self.waits_for(node) {
             self.goes_on |= self.left & bit(node);
             one.subject.nodes = others;
         } else {

@@ -63,6 +63,15 @@ fn kind(code: AbortCode, mux: Mux) -> ProblemKind {
     }
 }
 
+/// Returns the value that stores or restores parameters (CiA 301, 7.5.2.13 and 7.5.2.14).
+fn signature(index: u16) -> Option<&'static [u8; 4]> {
+    match index {
+        0x1010 => Some(b"save"),
+        0x1011 => Some(b"load"),
+        _ => None,
+    }
+}
+
 /// Reports a download whose start is not in the capture, if its client aborts it for another reason than a time-out.
 fn given_up(transfer: &Transfer, scene: &mut Scene<'_>) {
     let Some(abort) = transfer.outcome.abort.filter(|abort| abort.by == Side::Client && !abort.code.is_timeout())
@@ -203,6 +212,9 @@ impl Configurations {
             };
             one.step(at, StepRole::Sign, said, None);
             one.fact(name, Quantity::Count(one.count(name) + 1));
+            if signature(mux.index).is_some_and(|right| !transfer.data.requested.starts_with(right)) {
+                one.fact("signature", Quantity::Count(1));
+            }
         }
         let (_, objects) = self.open.entry(node).or_insert((place, Vec::new()));
         let asked = Some(&transfer.data.requested).filter(|value| value.len() <= LONGEST).cloned().unwrap_or_default();

@@ -8,7 +8,7 @@ use crate::bytes::frame::FrameRef;
 use crate::bytes::ns::Ns;
 use crate::problems::kinds::ProblemKind;
 use crate::problems::ledger::LedgerPlace;
-use crate::problems::problem::{StepRole, Subject, bit, members};
+use crate::problems::problem::{Problem, StepRole, Subject, bit, members};
 use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
@@ -84,6 +84,12 @@ impl NodeProblems {
 
     fn tell_restart(&self, scene: &mut Scene<'_>) {
         let Together { begin, last, nodes, idle } = self.together;
+        let near = |one: &Problem| begin.since(one.begin).is_some_and(|since| since.abs() <= BACK_NS);
+        let told = scene.ledger.last(scene.id, |one| one.kind.is(KindRole::Restart) && near(one));
+        if let Some(one) = told.and_then(|place| scene.ledger.get_mut(place)) {
+            (one.subject.nodes, one.subject.node) = (one.subject.nodes | nodes, None);
+            return;
+        }
         let subject = Subject::nodes(nodes);
         let place = scene.ledger.open(ProblemKind::NodeRestarted, scene.id, subject, begin, last);
         if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {

@@ -113,8 +113,8 @@ impl NodeProblems {
         }
     }
 
-    /// Processes a state shown by error control.
-    pub(in crate::problems) fn state(&mut self, node: u8, state: u8, scene: &mut Scene<'_>) {
+    /// Processes a state shown by error control; `stays`: it is that of the report before.
+    pub(in crate::problems) fn state(&mut self, node: u8, state: u8, stays: bool, scene: &mut Scene<'_>) {
         if state != OPERATIONAL {
             return;
         }
@@ -144,7 +144,7 @@ impl NodeProblems {
             self.close(place, at, Saying::OperationalAgain, scene);
         }
         let booted = self.booted.get(&node).copied();
-        if self.commanded.as_mut().is_some_and(|commanded| commanded.is_over_with(node, booted, scene)) {
+        if self.commanded.as_mut().is_some_and(|commanded| commanded.is_over_with(node, (booted, stays), scene)) {
             self.commanded = None;
         }
     }
