@@ -273,6 +273,8 @@ def _serve(asked: socket.socket, *, kept: bool) -> None:
             _end(_run(__main__.main))
         for stream in streams:
             os.close(stream)
+        while request["apart"] and os.getpgid(process) != process:  # who asked may end its group at once
+            time.sleep(0.001)
         asked.send(process.to_bytes(_WORD, "little"))
 
 
