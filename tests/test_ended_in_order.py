@@ -1,4 +1,4 @@
-"""What ends in order, and what ends with a fault: a SYNC, a node-ID, a bus, the heartbeats of a controller.
+"""Orderly ends, and ends by a fault: a SYNC, a node-ID, a bus, the heartbeats of a controller.
 
 Each fault stands beside the orderly end that looks like it.
 """
@@ -125,12 +125,12 @@ def test_rpdos_that_need_not_go_on(period: float) -> None:
         ("605#8000100000000405", ["request-unanswered"]),  # by the client, after a time-out
         ("585#80501F0104000405", ["program-download-failed"]),
         ("585#8001200010000706", ["length-refused"]),
-        ("585#8001200000000206", []),  # no such object, as who tries to read one is told
+        ("585#8001200000000206", []),  # no such object, the usual answer to a read
         ("605#8001200000000005", []),
     ],
 )
 def test_an_excerpt_that_begins_within_a_transfer_and_shows_its_abort(abort: str, told: list[str]) -> None:
-    """What was tried before or later nobody knows."""
+    """Nobody knows if it was tried before, or again."""
     nodes = [running(5, 1), running(6, 1)]
     assert statuses(diagnosed(log(*nodes, [(0.5, abort)]))) == [(kind, "unknown") for kind in told]
     # Behind a transfer that the capture has.
@@ -148,3 +148,12 @@ def test_a_controller_does_not_obey_its_own_command(command: str, seconds: float
     capture = diagnosed(log(start, *nodes, *again, beats(1, 0.1, back + 3)))
     (stopped,) = [one for one in capture.incidents if one["problem"] == "commanded-stop"]
     assert (stopped["status"], stopped["subject"]["nodes"]) == ("harmless", [5, 6]), capture.said
+
+
+@pytest.mark.parametrize("boots", [False, True])
+def test_a_node_that_runs_again_behind_a_boot_up_shows_nothing_of_commands(boots: bool) -> None:
+    """Without one only a command brings it back, so that commands are not recorded; behind one it starts itself."""
+    left = [running(5, 2), beats(5, 0.1, 3 if boots else 3.55, "7F", 2.05), running(5, 8, 3.6)]
+    again: Frames = [(3.1, "705#00"), *beats(5, 0.1, 3.55, "7F", 3.2)] if boots else []
+    capture = diagnosed(log(*left, again, running(6, 8)))
+    assert ("left-operational" in kinds(capture)) == boots, capture.said

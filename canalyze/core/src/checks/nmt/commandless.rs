@@ -4,6 +4,7 @@
 //! change as only a master changes them, commands are missing and nothing is reported. Spontaneous changes are found in
 //! `nmt`.
 
+use crate::bytes::frame::FrameRef;
 use crate::bytes::ns::Ns;
 use crate::evidence::Rules;
 use crate::rules::finding::{Code, Finding};
@@ -71,9 +72,11 @@ impl Commandless {
         self.filtered |= !self.commanded && (to != PRE_OPERATIONAL || self.waiting.iter().any(alike));
     }
 
-    /// Takes the return of a node to Operational, without a boot-up: only a command does that to one that has left it.
-    pub fn returned(&mut self, node: u8) {
-        let left = |one: &Finding| one.code == Code::Nmt004 && one.node == Some(node);
+    /// Takes the return of a node to Operational; `booted`: its last boot-up. Without one since it has left that state only a
+    /// command does so.
+    pub fn returned(&mut self, node: u8, booted: Option<FrameRef>) {
+        let since = booted.map_or(0, |boot| boot.no);
+        let left = |one: &Finding| one.code == Code::Nmt004 && one.node == Some(node) && one.at.no > since;
         self.filtered |= !self.commanded && self.waiting.iter().any(left);
     }
 

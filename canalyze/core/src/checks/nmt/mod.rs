@@ -389,7 +389,7 @@ impl Nmt {
             self.commandless.find(finding, Ns::ZERO, cx);
         }
         if state == OPERATIONAL && before == PRE_OPERATIONAL {
-            self.commandless.returned(node);
+            self.commandless.returned(node, node_state.boots.last);
         }
         if allowed || starts_itself || node_state.reports.unsettled {
             return;
