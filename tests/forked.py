@@ -4,8 +4,8 @@ Why it exists: the tests run some thousands of command lines, and most of the ti
 Python. A fork has streams, directory, environment, signals and an end of its own, as a process that was started. What
 differs is that modules were loaded before: where a variable has a say in how Python starts, it is really started.
 Three quarters of the time of a short command line go into the fork. Where hundreds of them are alike, `kept` has one
-process answer them one after the other, with streams, directory and environment of their own. What listens meanwhile is
-forked by `start`.
+process answer them one after the other, with streams, directory and environment of their own. `start` forks
+programs that listen meanwhile.
 What it must not do: be used by tests of the start itself, or of what is loaded.
 """
 

@@ -1,7 +1,7 @@
 """PDOs that are wrong each time: outside the synchronous window, or with another transmission type than configured.
 
 Where the recording host sends the SYNC and lists its own frames late by chance, a PDO seems to come before its SYNC, so
-that nothing is said of it. One that is late each time is told once exchanges show that requests are listed in time.
+that nothing is said of it. One that is late each time is reported once exchanges show that requests are listed in time.
 """
 
 from __future__ import annotations

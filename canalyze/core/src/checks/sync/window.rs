@@ -509,7 +509,7 @@ impl TpdoTrack {
     }
 
     /// Returns true if it has come after the same number of SYNCs several times in a row, and not after that of its type: that
-    /// is told at the end of the capture, or once it comes as configured.
+    /// is reported at the end of the capture, or once it comes as configured.
     fn is_of_other_type(&self) -> bool {
         self.other.1 >= OTHER_TYPE && self.other.0 > u64::from(self.configured.kind.max(1))
     }

@@ -36,7 +36,7 @@ pub(in crate::problems) struct Configurations {
     asked: BTreeMap<u8, FrameRef>,
     /// Nodes requested in vain and never heard.
     missed: Vec<(u8, ProblemId)>,
-    /// Nodes with which a transfer begins in the capture, or that are told not to have, one bit each.
+    /// Nodes with which a transfer begins in the capture, or whose missing beginning is reported, one bit each.
     begun: u128,
 }
 

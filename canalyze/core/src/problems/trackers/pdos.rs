@@ -1,7 +1,7 @@
 //! PDOs that come with SYNC and stop while it goes on, RPDOs that came at even times without SYNC, two senders of one RPDO,
 //! and frames that no RPDO takes.
 //!
-//! What a controller sends at even times is no event. Whether it should go on nobody knows on a bus without SYNC.
+//! Frames at even times are no events. On a bus without SYNC it is unknown whether they should go on.
 
 use std::collections::BTreeMap;
 

@@ -43,14 +43,15 @@ impl Together {
         }
     }
 
+    /// Returns true if a node of the group does not run again.
     pub(super) fn waits_for(&self, node: u8) -> bool {
         self.idle & bit(node) != 0
     }
 }
 
 impl NodeProblems {
-    /// Records that a node is Operational. If it is the last of several that have booted together, that is told unless it
-    /// was: no rule blames nodes that all boot, since the network was switched off. A capture without the command that has
+    /// Records that a node is Operational. If it is the last of several that have booted together, that is reported
+    /// unless it was: no rule blames nodes that all boot, since the network was switched off. A capture without the command that has
     /// started them lacks resets as well.
     pub(super) fn runs_again(&mut self, node: u8, scene: &mut Scene<'_>) {
         if !self.together.waits_for(node) {
