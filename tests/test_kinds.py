@@ -7,9 +7,10 @@ not: test causes, or how problems are ranked or laid out.
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
-from captures import described_beside, log_text
+from captures import SAMPLES, described_beside, log_text
 from conftest import Runner
 from diagnoses import ABOVE_HARMLESS, Diagnosed, diagnosed
 from kind_row import Node
@@ -88,6 +89,13 @@ def test_a_kind_has_words_in_both_languages(kind: str, lang: str) -> None:
     chinese = re.compile(r"[\u4e00-\u9fff]")
     for one in said:
         assert bool(chinese.search(one["message"])) == (lang == "zh"), one["message"]
+
+
+@pytest.mark.parametrize("path", sorted(SAMPLES.rglob("*.log")), ids=lambda path: str(path.relative_to(SAMPLES)))
+def test_what_has_ended_does_not_go_on_in_its_title(path: Path) -> None:
+    for one in diagnosed(path.read_bytes()).incidents:
+        if one["end"] and one["status"] == "ended":
+            assert not re.search(r"(^|[ ,])since \d", one["message"]), one["message"]
 
 
 @pytest.mark.parametrize("lang", ["zh", "en"])

@@ -83,7 +83,7 @@ def test_two_nodes_of_one_segment_that_are_back(away: float, state: int, open_: 
     said = diagnosed(log_text(net.frames()))
     (told,) = (one for one in said.incidents if not one["cause"] and one["status"] in ABOVE_HARMLESS)
     assert (told["problem"], told["status"]) == ("segment-lost", "open" if open_ else "ended")
-    assert "then back" in told["message"]
+    assert ("then back" if open_ else "all back at") in told["message"]
     assert ("not all Operational" in told["message"]) == open_
 
 

@@ -15,7 +15,7 @@ use std::path::Path;
 /// Nodes that do not run, senders that are listed twice, and what the recording lacks are models of their own; so are a bus that
 /// restarts as a whole, and RPDOs that come evenly.
 /// It was 68,630 while files whose tests are declared at their head counted up to there only.
-const WHOLE: usize = 75_062;
+const WHOLE: usize = 75_063;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[

@@ -12,6 +12,7 @@ use crate::rules::{Measured, Variant};
 /// The titles of kinds whose row has none.
 const OTHERS: Titles = &[
     (&[When::Reported, When::Often], &title::ReportedOften),
+    (&[When::Reported, When::Ended], &title::ReportedOver),
     (&[When::Reported], &title::Reported),
     (&[When::Has("unseen")], &title::AbortedUnseen),
     (&[When::Has("client_aborted")], &title::ClientAborted),
@@ -22,12 +23,13 @@ const OTHERS: Titles = &[
     (&[When::Timed], &title::Refused),
     (&[When::Often], &title::Times),
     (&[When::AtOnce], &title::At),
+    (&[When::Ended], &title::FromTo),
     (&[], &title::Since),
     (&[], &title::ReportedOnce),
     (&[], &title::Refused),
 ];
 /// The titles behind the words of the kind; others name the kind by themselves.
-const BEHIND: [&Variant; 5] = [&title::Since, &title::At, &title::Times, &title::PdoOf, &title::OfPdo];
+const BEHIND: [&Variant; 6] = [&title::Since, &title::FromTo, &title::At, &title::Times, &title::PdoOf, &title::OfPdo];
 
 /// Returns the line, and true if it names the kind by itself; `None` if the words of the kind suffice. `began_ns`: the
 /// first stamp of the capture.
@@ -35,7 +37,7 @@ pub fn of(one: &Problem, began_ns: Option<Ns>) -> Option<(Measured, bool)> {
     // A clock that was set back since has no time of the capture's beginning.
     let since = |t_ns: Option<Ns>| t_ns.zip(began_ns).map_or(Ns::ZERO, |(at, began)| at - began);
     let at = one.begin.t_ns.map(|_| since(one.begin.listed().t_ns)).filter(|at| *at >= Ns::ZERO);
-    let known = |name: &str| fact(one, name, at, began_ns);
+    let known = |name: &str| fact(one, name, at);
     let own = one.kind.row().titles;
     let titles = if own.is_empty() { OTHERS } else { own };
     let fitting = titles.iter().filter(|(when, _)| hold(when, one, at.is_some()));
@@ -45,14 +47,16 @@ pub fn of(one: &Problem, began_ns: Option<Ns>) -> Option<(Measured, bool)> {
 }
 
 /// Returns a fact of a title. `at`: the time of its beginning from that of the capture.
-fn fact(one: &Problem, name: &str, at: Option<Ns>, began_ns: Option<Ns>) -> Option<Quantity> {
+fn fact(one: &Problem, name: &str, at: Option<Ns>) -> Option<Quantity> {
     let lasts = || one.end.and_then(|end| end.since(one.begin));
     match name {
         "at" => at.map(Quantity::Ns),
         "count" => Some(Quantity::Count(one.repeats.count)),
         "nodes" => Some(Quantity::Count(one.subject.nodes.count_ones().into())),
         "pdo" => one.subject.pdo.map(|(transmit, number)| Quantity::Pdo(transmit, number)),
-        "heard" => one.end.and_then(|end| Some(Quantity::Ns(end.t_ns? - began_ns?))),
+        "heard" | "until" => {
+            lasts().filter(|lasts| *lasts > Ns::ZERO).and_then(|lasts| Some(Quantity::Ns(at? + lasts)))
+        }
         "lasts" => lasts().filter(|lasts| one.repeats.count == 1 && *lasts > Ns::ZERO).map(Quantity::Ns),
         "silence" if one.kind.is(KindRole::AloneSilent) && one.end.is_some() && !one.has(name) => {
             Some(Quantity::Ns(lasts().unwrap_or(Ns::ZERO)))

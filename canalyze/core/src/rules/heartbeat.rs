@@ -8,8 +8,8 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// 两个心跳的间隔明显超过了周期, 或者写入1017h之后第一个心跳延迟了一个周期, 启动报文之后的也是如此。周期取自1017h或其他心跳; 额外的心跳是允许的。
-    /// Two heartbeats are clearly further apart than the period, or the first one after a write of 1017h is a period late, or that after a boot-up is late. The period is taken from 1017h or the other heartbeats. Additional heartbeats are legal.
+    /// 两个心跳的间隔明显超过了周期, 或者写入1017h之后第一个心跳延迟了一个周期, 复位命令之后的启动报文后的也是如此。周期取自1017h或其他心跳; 额外的心跳是允许的。
+    /// Two heartbeats are clearly further apart than the period, or the first one after a write of 1017h is a period late, or that after a commanded boot-up is late. The period is taken from 1017h or the other heartbeats. Additional heartbeats are legal.
     ///
     /// 节点太忙, 总线负载太高, 或者丢了一帧。
     /// A busy node, high bus load, or a missing frame.
