@@ -29,6 +29,8 @@ use crate::world::node::{Node, PerNode};
 const UNRECORDED_NS: Ns = Ns::from_s(10);
 /// Maximum number of kept frames of wrong length.
 const MISSHAPEN: usize = 16;
+/// Objects that only an NMT master has: what it does itself, and its slaves (CiA 302-2).
+const OF_MASTERS: std::ops::RangeInclusive<u16> = 0x1F80..=0x1F8A;
 
 /// A node's method of error control (CiA 301, 7.2.8.2.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -362,6 +364,10 @@ impl Nodes {
 
     /// Takes a write request with its data.
     pub fn requested(&mut self, node: u8, index: u16, bytes: &[u8], cx: &Context<'_>) {
+        // A tool reads from a master, too, and writes there which slaves it has.
+        if !OF_MASTERS.contains(&index) {
+            self.nmt.managed(node);
+        }
         if let (0x1017, [low, high, ..]) = (index, bytes) {
             let ms = i64::from(u16::from_le_bytes([*low, *high]));
             self.heartbeats.written(node, Ns::from_ms(ms), cx);
@@ -383,7 +389,7 @@ impl Nodes {
             self.permissions.sdo(&self.nmt, side, node, cx);
         }
         match side {
-            Side::Client => self.nmt.managed(node),
+            Side::Client => self.nmt.asked(node),
             Side::Server => self.nmt.present(node, cx.at),
         }
         if index == Some(0x1F51) {

@@ -247,6 +247,11 @@ impl Nmt {
     }
 
     /// Takes an SDO request to a node.
+    pub fn asked(&mut self, node: u8) {
+        self.nodes.entry(node).asked = true;
+    }
+
+    /// Takes a write request to a node.
     pub fn managed(&mut self, node: u8) {
         self.nodes.entry(node).managed = true;
     }
@@ -555,8 +560,8 @@ impl Nmt {
     /// Forgets states and commands after lost frames.
     pub fn forget(&mut self) {
         for (_, node_state) in self.nodes.iter_mut() {
-            let NodeState { present, managed, given, first, .. } = *node_state;
-            *node_state = NodeState { present, managed, given, first, ..NodeState::default() };
+            let NodeState { present, managed, asked, given, first, .. } = *node_state;
+            *node_state = NodeState { present, managed, asked, given, first, ..NodeState::default() };
         }
         self.suspects = 0;
         self.boot_ups.void(|_| true);

@@ -29,8 +29,10 @@ pub(super) struct NodeState {
     /// It has sent a frame; its last frame since a gap.
     pub(super) present: bool,
     pub(super) heard: Option<FrameRef>,
-    /// A master commands or configures it, so it is not the master itself.
+    /// A master commands or configures it, or it has obeyed a command to all, so it is not the master itself.
     pub(super) managed: bool,
+    /// Its SDO server was asked: by its master, or by a tool that reads from the master.
+    pub(super) asked: bool,
     pub(super) reports: Reports,
     /// The last command, until the node has obeyed it.
     pub(super) command: Option<PendingCommand>,
@@ -157,6 +159,7 @@ impl NodeState {
             present: true,
             heard: Some(at),
             managed: self.managed || self.reset.awaited,
+            asked: self.asked,
             boots: Boots { last: Some(at), ..Boots::default() },
             reset: Reset { count, at: self.reset.at, ..Reset::default() },
             first: self.first,
@@ -193,7 +196,9 @@ impl NodeState {
         }
         // A reset just after a boot-up may have been sent before it, to a node not yet present.
         let crossed = state == 0 && self.boots.last.is_some_and(|boot| !cx.evidence.recording.is_settled(boot, at));
-        let sure = (explicit || self.managed) && !crossed;
+        // A master goes on as before where it stops or resets all others.
+        let goes_on = state != OPERATIONAL && self.reports.first.is_none_or(|(shown, _)| shown == OPERATIONAL);
+        let sure = (explicit || self.managed || self.asked && !goes_on) && !crossed;
         let command = PendingCommand::new(state, specifier, cx.when, sure);
         if state == 0 {
             if explains {
@@ -252,6 +257,9 @@ impl NodeState {
     pub(super) fn obeys(&mut self, node: u8, state: u8, period_ns: Option<Ns>, cx: &mut Context<'_>) {
         let Some(command) = &mut self.command else { return };
         if command.state == state {
+            let changed = self.reports.first.is_some_and(|(before, _)| before != state);
+            // A master may start itself with its slaves.
+            self.managed |= changed && state != OPERATIONAL;
             (self.command, self.allowed) = (None, 0);
             return;
         }

@@ -1,0 +1,68 @@
+"""Which node is the master: it does not obey its own commands to all, and its slaves do.
+
+Over the ways in which a capture shows a node. Must not: test the words of a problem.
+"""
+
+from __future__ import annotations
+
+import pytest
+from captures import log_text
+from diagnoses import ABOVE_HARMLESS, diagnosed
+from kinds_of_nodes import PERIOD, beats
+from network import START, Frames, Network
+
+MASTER, SLAVE = 1, 5
+STOP, PRE, RESET, RESET_COMMUNICATION = 0x02, 0x80, 0x81, 0x82
+STATES = {STOP: 4, PRE: 0x7F, RESET: 0x7F, RESET_COMMUNICATION: 0x7F}
+
+
+def problems(frames: Frames) -> list[tuple[str, int | None]]:
+    """Kind and node of each root above harmless."""
+    said = diagnosed(log_text(frames))
+    roots = [one for one in said.incidents if not one["cause"] and one["status"] in ABOVE_HARMLESS]
+    return [(one["problem"], one["subject"].get("node")) for one in roots]
+
+
+def commanded(command: int, *, asked: str, of: int = MASTER, deaf: bool = False) -> Frames:
+    """A command to all after 4 s, which nodes 6 and 7 obey; node `of` was asked by SDO before.
+
+    Node 1 is Operational all the time; the slave 5 too where it is `deaf`, else it obeys.
+    """
+    net = Network()
+    if asked == "write":
+        net.write(of, 0x1017, 0, round(PERIOD * 1000), 2)
+    elif asked == "manager":
+        net.write(of, 0x1F80, 0, 0x0D, 4)
+    elif asked == "read":
+        net.read(of, 0x1000, 0, 0x00000195, 4)
+    start = net.now
+    beats(net, {MASTER: 10.0, 6: 4.0, 7: 4.0})
+    if of == SLAVE:
+        beats(net, {SLAVE: 10.0 if deaf else 4.0})
+    net.now = start + 4.05
+    net.nmt(command)
+    obeying = [6, 7] if of != SLAVE or deaf else [SLAVE, 6, 7]
+    if command in (RESET, RESET_COMMUNICATION):
+        net.wait(0.05).boot(*obeying)
+    for node in obeying:
+        net.now = start + 4.2 + node * 0.001
+        net.live(node, period=PERIOD, seconds=2.8, states=((0, STATES[command]),))
+    net.now = start + 7.05
+    net.nmt(START)
+    for node in obeying:
+        net.now = start + 7.1 + node * 0.001
+        net.live(node, period=PERIOD, seconds=2.8, states=((0, 5),))
+    return net.frames()
+
+
+@pytest.mark.parametrize("asked", ["not", "read", "manager"])
+@pytest.mark.parametrize("command", STATES)
+def test_a_master_does_not_obey_itself(command: int, asked: str) -> None:
+    assert problems(commanded(command, asked=asked)) == []
+
+
+@pytest.mark.parametrize("command", STATES)
+def test_a_slave_that_was_configured_obeys(command: int) -> None:
+    assert problems(commanded(command, asked="write", of=SLAVE)) == []
+    ((_, node), *others) = problems(commanded(command, asked="write", of=SLAVE, deaf=True))
+    assert node == SLAVE and not others
