@@ -82,7 +82,9 @@ struct Guarded {
     toggles: bool,
     /// A frame still without request, its toggle bit, and true if it was counted as an answer.
     ahead: Option<(FrameRef, bool, bool)>,
+    /// Number of frames without request, and the first of them.
     unasked: u8,
+    unasked_since: FrameRef,
     /// Number of those that came soon after a response, as a second node's do.
     second: u8,
     /// Reported: requests without answer; heartbeats besides answers.
@@ -112,7 +114,7 @@ impl Guarding {
     /// Returns true if a frame on a node's error-control identifier is a guarding answer.
     pub fn is_answer(&self, node: u8, toggle: bool, heartbeats: &Heartbeats, cx: &Context<'_>) -> bool {
         let Some(guarded) = self.nodes.get(node) else { return toggle };
-        let asked = guarded.is_asked(cx) && (guarded.toggles || !heartbeats.is_producer(node));
+        let asked = guarded.is_asked(cx) && (guarded.toggles || !heartbeats.produces(node));
         toggle || asked || guarded.toggles && guarded.requests == 0
     }
 
@@ -141,7 +143,11 @@ impl Guarding {
                 Ns::from_ms((guard_ms & 0xFFFF) as i64 * (factor & 0xFF) as i64)
             });
             if life_ns > Ns::ZERO || self.life_ns.get(id).is_some() {
-                *self.life_ns.entry(id) = life_ns;
+                let before = std::mem::replace(self.life_ns.entry(id), life_ns);
+                if before != life_ns {
+                    // The time that was written holds from the next request on.
+                    self.life.void(|node| *node == id);
+                }
             }
         }
     }
@@ -160,7 +166,8 @@ impl Guarding {
         for (node, Owed { since, limit_ns: limit, .. }) in self.life.due(now, &cx.evidence.recording) {
             let age = cx.evidence.recording.between(since, now).unwrap_or(Ns::ZERO);
             let fell = since.at.t_ns.map_or(Ns::ZERO, |since| since + limit);
-            if !cx.evidence.recording.was_silent(node, fell, limit, now_ns) {
+            // Of a node that does not answer the master may ask no more.
+            if !cx.evidence.recording.was_silent(node, fell, limit, now_ns) && !self.is_unanswered(node) {
                 cx.raise(Grd005::Expired { age, limit }, Some(node), None, Some(since.at));
             }
         }
@@ -196,7 +203,7 @@ impl Guarding {
         let just_answered = guarded.answer.is_some_and(|answer| !cx.evidence.recording.is_settled(answer, cx.at));
         let doubtful = std::mem::replace(&mut guarded.doubtful, just_answered);
         if let Some(before) = guarded.request.replace(cx.when).map(|when| when.at).filter(|_| !doubtful) {
-            if heartbeats.is_producer(node) && !guarded.toggles {
+            if heartbeats.produces(node) && !guarded.toggles {
                 if !guarded.both {
                     guarded.both = true;
                     cx.raise(Grd003::Requests, Some(node), None, Some(before));
@@ -314,7 +321,7 @@ impl Guarding {
                 self.next = self.next.min(due);
             } else if guarded.doubtful || cx.evidence.recording.was_silent(node, due, UNANSWERED_NS, now_ns) {
                 guarded.request = None;
-            } else if guarded.toggles || !heartbeats.is_producer(node) {
+            } else if guarded.toggles || !heartbeats.produces(node) {
                 guarded.request = None;
                 guarded.unanswered(node, request.at, nmt, cx);
             }
@@ -416,11 +423,16 @@ impl Guarded {
         if toggle || self.requests == 0 || !self.toggles {
             return;
         }
+        if self.unasked == 0 {
+            self.unasked_since = frame;
+        }
         self.unasked = self.unasked.saturating_add(1);
         let after = self.answer.and_then(|answer| frame.since(answer));
         self.second =
             self.second.saturating_add(u8::from(after.is_some_and(|ns| (Ns::ZERO..=SECOND_NS).contains(&ns))));
-        if self.unasked >= UNASKED && !self.both {
+        // A node that sends heartbeats instead is not guarded any longer.
+        let guarded = self.requests == 0 || self.asked.is_some_and(|asked| asked.no > self.unasked_since.no);
+        if self.unasked >= UNASKED && guarded && !self.both {
             self.both = true;
             if self.second < self.unasked {
                 return cx.raise(Grd003::Heartbeats, Some(node), None, Some(frame));

@@ -145,9 +145,14 @@ impl Heartbeats {
         producer.is_lost() || producer.limit().is_some_and(late)
     }
 
-    /// Returns true if a node's heartbeats are even: it is a producer and does not answer guarding.
+    /// Returns true if a node's heartbeats are even.
     pub fn is_producer(&self, node: u8) -> bool {
         self.producers.get(node).is_some_and(|producer| producer.period.learnt_ns().is_some())
+    }
+
+    /// Returns true if a node sends heartbeats, by 1017h or as its frames show, and does not answer guarding.
+    pub fn produces(&self, node: u8) -> bool {
+        self.is_producer(node) || self.is_configured(node)
     }
 
     /// Returns true if 1017h is known to be other than 0.
