@@ -582,6 +582,7 @@ impl OfBus {
         let scene = scene!(self, ledger, bus, id, at);
         match (finding.code, finding.node) {
             (Code::Hbt002, _) => {}
+            (Code::Hbt001, Some(node)) if self.nodes.was_silent(node, finding, scene) => {}
             (Code::Nmt003, Some(node)) => self.nodes.restarted(node, finding, self.was, scene),
             (Code::Nmt004 | Code::Nmt005, Some(node)) => self.nodes.changed(node, finding, scene),
             (Code::Nmt002, Some(node)) => self.nodes.owes(node, finding, scene),

@@ -35,11 +35,57 @@ pub(super) enum Last {
     NoError,
 }
 
+/// The silences of a node between its heartbeats.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Silences {
+    /// The longest one since its last heartbeat, and between that and the one before.
+    open: (FrameRef, FrameRef),
+    closed: (FrameRef, FrameRef),
+    /// The last frame that was no answer, and the longest time between two of them since the last heartbeat, in ns.
+    own: FrameRef,
+    own_ns: Ns,
+    /// The same between the last two heartbeats, the usual one before, and the number of heartbeats that show it.
+    before_ns: Ns,
+    usual_ns: Ns,
+    beats: u8,
+}
+
+impl Silences {
+    /// Number of heartbeats after which the usual silence is known.
+    const KNOWN: u8 = 6;
+
+    /// Takes a frame of the node behind its last one; true if it is an answer, and if it is a heartbeat.
+    fn take(&mut self, silence: (FrameRef, FrameRef), answers: bool, beats: bool) {
+        let (_, at) = silence;
+        if length(silence) > length(self.open) {
+            self.open = silence;
+        }
+        if !answers {
+            let before = std::mem::replace(&mut self.own, at);
+            let gap = at.since(before).filter(|_| before.no > 0);
+            self.own_ns = self.own_ns.max(gap.unwrap_or_default());
+        }
+        if beats {
+            // That of the interval that ends here is compared with those before.
+            let own_ns = std::mem::take(&mut self.own_ns);
+            self.closed = std::mem::take(&mut self.open);
+            self.beats = self.beats.saturating_add(1);
+            (self.before_ns, self.usual_ns) = (own_ns, (self.usual_ns - self.usual_ns / 16).max(self.before_ns));
+        }
+    }
+}
+
+fn length((from, to): (FrameRef, FrameRef)) -> Ns {
+    to.since(from).unwrap_or(Ns::ZERO)
+}
+
 /// The frames seen from the nodes of a bus.
 #[derive(Clone, Debug)]
 pub(super) struct Heard {
     /// By [`Last`], then by node.
     last: [Vec<FrameRef>; 9],
+    /// By node.
+    silences: Vec<Silences>,
     /// Nodes seen, one bit each.
     pub(super) known: u128,
     /// The state that each node has reported last; `None` if it has not, or has been lost since.
@@ -70,6 +116,7 @@ impl Default for Heard {
     fn default() -> Self {
         Self {
             last: std::array::from_fn(|_| vec![FrameRef::default(); SLOTS]),
+            silences: vec![Silences::default(); SLOTS],
             known: 0,
             states: vec![None; SLOTS],
             responses: (0, Ns::ZERO),
@@ -104,8 +151,21 @@ impl Heard {
     /// Records a frame of a node.
     #[inline]
     pub(super) fn frame(&mut self, node: u8, at: FrameRef) {
+        let [answers, beats] = [Last::Answer, Last::Heartbeat].map(|last| self.noted(last, node) == Some(at));
+        if let (Some(last), Some(silences)) = (self.last(node), self.silences.get_mut(usize::from(node))) {
+            silences.take((last, at), answers, beats);
+        }
         self.note(Last::Frame, node, at);
         self.known |= bit(node);
+    }
+
+    /// Returns the last and the first frame of a node around its silence before its last heartbeat, if it was longer than `ns`
+    /// and several times longer than usual, and if another frame ended it: not only heartbeats were missing.
+    pub(super) fn silence(&self, node: u8, ns: Ns) -> Option<(FrameRef, FrameRef)> {
+        let Silences { closed, usual_ns, beats, .. } = *self.silences.get(usize::from(node))?;
+        let unusual = beats > Silences::KNOWN && length(closed) > 3 * usual_ns;
+        let other = Some(closed.1) != self.last_heartbeat(node);
+        Some(closed).filter(|_| unusual && other && length(closed) > ns)
     }
 
     /// Records a node that has sent something that only a device sends.

@@ -345,7 +345,9 @@ impl RuleProblems {
             if one.kind.is(KindRole::SecondDevice) {
                 return false;
             }
-            if sign.ends == Ends::Heard && *ends == Ends::Answered && one.subject.node == sign.node {
+            let soon = || at.since(one.begin).zip(one.ns("age")).is_some_and(|(since, age)| since <= 2 * age);
+            let meanwhile = *ends == Ends::Answered || one.kind.is(KindRole::Guarding) && soon();
+            if sign.ends == Ends::Heard && meanwhile && one.subject.node == sign.node {
                 one.fact("heard_meanwhile", Quantity::Count(1));
             }
             let of_node = sign.node.is_none() || one.subject.node == sign.node;

@@ -111,6 +111,30 @@ impl NodeProblems {
         self.remember(node, scene);
     }
 
+    /// Records a late heartbeat (HBT001) behind a silence of its whole node; returns false if other frames came meanwhile.
+    pub(in crate::problems) fn was_silent(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) -> bool {
+        let Some(Quantity::Ns(period)) = finding.measured().and_then(|all| all.get("expected")) else { return false };
+        let Some((from, to)) = scene.heard.silence(node, period).filter(|(_, to)| to.no > 0) else { return false };
+        let near = |one: FrameRef, other: FrameRef| one.since(other).is_some_and(|apart| apart.abs() <= period);
+        let with = scene.ledger.last(scene.id, |one| {
+            one.kind.is(KindRole::Silent) && near(one.begin, from) && one.end.is_some_and(|end| near(end, to))
+        });
+        let place = with.or_else(|| self.again(ProblemKind::NodeSilent, node, from, scene));
+        let open = || scene.ledger.open(ProblemKind::NodeSilent, scene.id, Subject::node(node), from, finding.at);
+        let Some(one) = place.or_else(open).and_then(|place| scene.ledger.get_mut(place)) else { return false };
+        lost_with(one, node);
+        if place.is_none() {
+            one.step(from, StepRole::Sign, Saying::LastSign, None);
+            one.fact("period", Quantity::Ns(rounded(period)));
+            one.fact("silence", Quantity::Ns(to.since(from).unwrap_or_default()));
+        }
+        one.step(to, StepRole::Recovery, Saying::HeardAgain, None);
+        one.clue.back |= bit(node);
+        one.found(finding);
+        one.ends(to);
+        true
+    }
+
     /// Attributes a loss reported by a consumer, but found by no rule, to the node that has not been heard for longest,
     /// if only one is missing. `watched`: the nodes that the consumer monitors, with their times in ns; `named`: the
     /// bytes of the emergency that may name the node.
@@ -324,11 +348,16 @@ fn rounded(ns: Ns) -> Ns {
 
 /// Turns a loss of heartbeats into a silence if the node has sent nothing else for as long.
 fn gone(one: &mut Problem, last: Option<FrameRef>, at: FrameRef) {
-    let limit = one.ns("limit");
+    // Without a limit it was a written period that no heartbeat has followed.
+    let limit = one.ns("limit").or_else(|| Some(one.ns("expected")? * 3));
     let Some(last) = last.filter(|last| one.kind == ProblemKind::HeartbeatStopped && last.no >= one.begin.no) else {
         return;
     };
     if limit.is_some_and(|limit| at.since(last) > Some(limit)) && one.repeats.count == 1 {
+        if one.ns("period").is_some_and(|period| last.since(one.begin) > Some(2 * period)) {
+            // Its heartbeats had ended before, so they came not until then.
+            one.facts.retain(|(name, _)| *name != "period");
+        }
         one.kind = ProblemKind::NodeSilent;
         (one.begin, one.repeats.since) = (last, last);
         one.step(last, StepRole::Sign, Saying::LastSign, None);
