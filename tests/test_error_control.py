@@ -26,7 +26,7 @@ def kinds(frames: Frames) -> list[tuple[str, str]]:
 
 
 def interrupted(away: float, nodes: tuple[int, ...] = (NODE,), *, pdos_go_on: bool = False) -> Frames:
-    """Nodes with a heartbeat each 0.5 s and a TPDO each 0.1 s; some send nothing, or PDOs only, for a time after 6 s."""
+    """Nodes with a heartbeat each 0.5 s and a TPDO each 0.1 s; some send nothing, or PDOs only, from 6 s on."""
     net = Network().boot(NODE, OTHER, 5)
     for node in (NODE, OTHER, 5):
         net.write(node, 0x1017, 0, round(BEAT * 1000), 2)

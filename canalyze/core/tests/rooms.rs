@@ -14,9 +14,9 @@ use std::path::Path;
 /// what is moved at every frame, plain lines of candump that are read up to their end, and what people write around frames.
 /// Nodes that do not run, senders that are listed twice, and what the recording lacks are models of their own; so are a bus that
 /// restarts as a whole, and RPDOs that come evenly. Who is a master is told by what it is asked and what it obeys, and a
-/// short absence of a node by all that it sends.
+/// short absence of a node by all that it sends. Drives are judged by what they would have sent, too.
 /// It was 68,630 while files whose tests are declared at their head counted up to there only.
-const WHOLE: usize = 75_170;
+const WHOLE: usize = 75_290;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -33,8 +33,8 @@ const BUDGETS: &[(&str, usize)] = &[
     // that pause or stop, by times that are configured or learnt, and heartbeats that do not follow 1017h at any magnitude. With
     // PDOs that are outside their window, or at another number of SYNCs, each time, and node-IDs that change without a request
     // for the former one. With masters that a tool reads from, and guarding that is switched
-    // off.
-    ("checks", 8_625),
+    // off. With commands to drives that brake first, and statuswords that are sent by events alone.
+    ("checks", 8_740),
     // With learnt event timers, and findings that wait without a look at each frame. With frames that only add to the usual
     // gaps, which are nearly all, and what rarely happens at a frame apart from its place. With the servers whose answers
     // are in the capture. With senders whose frames a recording lists twice, and holes that a counter of SYNC shows.
@@ -58,7 +58,7 @@ const BUDGETS: &[(&str, usize)] = &[
     // seem to be lost where their former period is back. With nodes that are there and do not run, a bus that restarts as a
     // whole, RPDOs that stop without SYNC, aborts of transfers that an excerpt does not have, and controllers that do not obey
     // themselves. With the silences of a node between its heartbeats, beside which a late heartbeat is the smaller part.
-    ("problems", 7_000),
+    ("problems", 7_010),
     // With JSON objects and rows of CSV in parts, since most of them is as in an earlier line, and selections that are found
     // without a search.
     ("tables", 6_610),

@@ -209,7 +209,8 @@ impl Checks {
     fn pass(&mut self, now_ns: Ns, heard: bool, cx: &mut Context<'_>) {
         self.nodes.advance(now_ns, heard, cx);
         self.lss.advance(now_ns, cx);
-        self.drives.advance(now_ns, cx);
+        let states = &self.nodes;
+        self.drives.advance(now_ns, |node| states.operational(node), cx);
     }
 
     /// Takes an SDO write request with its data, which the server may obey before it answers.

@@ -93,6 +93,11 @@ impl Nodes {
         self.nmt.state(node)
     }
 
+    /// Returns the last frame in which a node has reported its state, if that is Operational.
+    pub fn operational(&self, node: u8) -> Option<FrameRef> {
+        self.nmt.last_report(node).filter(|_| self.nmt.shown_last(node) == Some(OPERATIONAL))
+    }
+
     /// Clears the errors of a node whose error register is read as 0.
     pub fn has_no_error(&mut self, node: u8) {
         self.emergencies.has_none(node);

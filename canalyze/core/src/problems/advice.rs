@@ -7,6 +7,7 @@ use super::signs::When;
 use crate::checks::pdo::configuration::pdo_parameter;
 use crate::rules::finding::{Code, Quantity};
 use crate::sdo::abort_code::AbortCode;
+use crate::world::drive::{self, DriveState};
 
 /// The facts of the whole capture that advice depends on.
 #[derive(Clone, Copy, Debug, Default)]
@@ -58,10 +59,16 @@ fn holds(when: When, one: &Problem, timed: bool) -> bool {
         When::OfPdo => one.subject.pdo.is_some(),
         When::UnannouncedAxes => one.clue.reported.is_empty() && one.subject.axes.count_ones() > 1,
         When::Overvoltage => one.clue.reported.iter().any(|code| OVER.contains(&(code & 0xFFF0))),
-        When::VoltageEnabled => {
-            matches!(one.get("statusword"), Some(Quantity::Statusword(word)) if word & VOLTAGE != 0)
+        When::VoltageEnabled => statusword(one).is_some_and(|word| word & VOLTAGE != 0),
+        When::OperatedLocally => statusword(one).is_some_and(|word| !drive::remote(word)),
+        When::StaysEnabled => {
+            statusword(one).is_some_and(|word| DriveState::of(word) == Some(DriveState::OperationEnabled))
         }
     }
+}
+
+fn statusword(one: &Problem) -> Option<u16> {
+    if let Some(Quantity::Statusword(word)) = one.get("statusword") { Some(word) } else { None }
 }
 
 /// Returns the things to check, the first one first.

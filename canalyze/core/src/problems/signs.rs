@@ -120,6 +120,10 @@ pub(super) enum When {
     UnannouncedAxes,
     /// The node reported too high a voltage.
     Overvoltage,
+    /// The statusword shows local operation (bit 9 is 0).
+    OperatedLocally,
+    /// The statusword shows operation enabled.
+    StaysEnabled,
     /// The statusword says that the power stage has its voltage.
     VoltageEnabled,
 }

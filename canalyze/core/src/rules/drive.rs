@@ -20,8 +20,8 @@ rules! {
             "statusword changed from {from} to {to} without a matching controlword (last one: {controlword})";
     }
 
-    /// 控制字给出了应使驱动器离开当前状态的命令, 状态字持续上报, 状态却不变。断电方向的命令和故障复位等待1秒, 使能方向的命令等待5秒; 本地控制(位9为0)和使能方向上主电源未接入(位4为0)时不判断。
-    /// The controlword holds a command that should lead out of the current state, and statuswords keep coming, but the state does not change. The limit is 1 second for a fault reset or a command away from operation enabled, 5 seconds toward it. Not judged: local operation (bit 9 is 0) and, toward operation enabled, missing voltage (bit 4 is 0).
+    /// 控制字给出了应使驱动器离开当前状态的命令, 状态字持续上报(或者仅在变化时发送, 而节点仍在线), 状态却不变。断电方向的命令和故障复位等待1秒, 使能方向的命令和先制动的命令(关闭、禁止操作)等待5秒; 本地控制(位9为0)和使能方向上主电源未接入(位4为0)时不判断。
+    /// The controlword holds a command that should lead out of the current state, and statuswords keep coming, or are sent by events alone while the node goes on, but the state does not change. The limit is 1 second for a fault reset or a command away from operation enabled, 5 seconds toward it and for commands that brake first (shutdown, disable operation). Not judged: local operation (bit 9 is 0) and, toward operation enabled, missing voltage (bit 4 is 0).
     ///
     /// 使能输入、STO或制动器条件不满足, 故障原因仍在, 命令顺序不对, 或者驱动器没有接收该RPDO。
     /// A condition is missing (enable input, STO, brake), the cause of the fault is still there, the commands came in the wrong order, or the drive does not receive the RPDO.

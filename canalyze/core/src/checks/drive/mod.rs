@@ -25,9 +25,10 @@ use crate::sdo::wire::Mux;
 use crate::wire::error_control::OPERATIONAL;
 use crate::wire::pdo::mapping::extract;
 use crate::words::profiles::Profile;
+use crate::world::configuration::Provenance;
 use crate::world::context::Context;
 use crate::world::drive::{self, DriveCommand, DriveObject, DriveState, Reach};
-use crate::world::node::{Node, PerNode};
+use crate::world::node::{Content, Node, PerNode};
 
 /// Time for a command that removes power, and for a change of mode, in ns.
 const PROMPT: Ns = Ns::from_s(1);
@@ -40,6 +41,7 @@ struct Sample {
     word: u16,
     state: DriveState,
     at: FrameRef,
+    by_pdo: bool,
 }
 
 /// A change of state that no controlword has explained so far.
@@ -100,12 +102,26 @@ struct Drive {
     fresh: bool,
 }
 
+/// The time at which orders are looked at, in ns.
+#[derive(Debug)]
+struct Orders {
+    next_ns: Ns,
+}
+
+impl Default for Orders {
+    fn default() -> Self {
+        Self { next_ns: Ns::MAX }
+    }
+}
+
 /// The drives of a bus.
 #[derive(Debug, Default)]
 pub struct Drives {
     nodes: PerNode<Drive>,
     watch: Watch,
     emcy_due: EmcyDue,
+    /// Orders whose effect would be reported at once.
+    orders: Orders,
 }
 
 /// The origin of a value, and the node it belongs to.
@@ -163,7 +179,7 @@ impl Drives {
         state: impl Fn(u8) -> Option<u8>,
         cx: &mut Context<'_>,
     ) {
-        let Self { nodes: drives, watch, emcy_due } = self;
+        let Self { nodes: drives, watch, emcy_due, orders } = self;
         for WatchedPdo { node, transmit, number, objects } in watch.of(frame.id, nodes) {
             // An identifier has one sender, which the bus model knows.
             if *transmit && !(pdo.transmit && (pdo.node, pdo.number) == (*node, *number)) {
@@ -185,6 +201,7 @@ impl Drives {
                     (DriveObject::Controlword, false) => {
                         drive.sent(place, raw as u16, cx);
                         drive.taken(place, raw as u16);
+                        orders.expect(place.at.t_ns);
                     }
                     (DriveObject::ModesOfOperation, false) => drive.requested(place, raw as u8),
                     (DriveObject::Statusword, true) => drive.reported(place, raw as u16, emcy_due, cx),
@@ -231,6 +248,7 @@ impl Drives {
             (DriveObject::Controlword, Direction::Download) => {
                 drive.sent(place, raw, cx);
                 drive.taken(place, raw);
+                self.orders.expect(place.at.t_ns);
             }
             (DriveObject::ModesOfOperation, Direction::Download) => drive.requested(place, raw as u8),
             (DriveObject::Statusword, Direction::Upload) => drive.reported(place, raw, &mut self.emcy_due, cx),
@@ -249,10 +267,33 @@ impl Drives {
         }
     }
 
-    /// Reports faults that no EMCY has announced by `now_ns`.
+    /// Reports faults that no EMCY has announced by `now_ns`, and orders without effect. `reported`: the last frame in which a
+    /// node has reported to be Operational, if that is its last state.
     #[inline]
-    pub fn advance(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
+    pub fn advance(&mut self, now_ns: Ns, reported: impl Fn(u8) -> Option<FrameRef>, cx: &mut Context<'_>) {
         self.emcy_due.advance(now_ns, cx);
+        if now_ns >= self.orders.next_ns {
+            self.unchanged(now_ns, reported, cx);
+        }
+    }
+
+    /// Reports orders without effect whose drives would report the effect at once.
+    #[cold]
+    fn unchanged(&mut self, now_ns: Ns, reported: impl Fn(u8) -> Option<FrameRef>, cx: &mut Context<'_>) {
+        self.orders.next_ns = Ns::MAX;
+        for (node, drive) in self.nodes.iter_mut() {
+            let at_ns = reported(node).and_then(|at| at.t_ns);
+            for (number, axis) in (0..).zip(&mut drive.axes) {
+                let Some(axis) = axis else { continue };
+                // The node goes on, so that it would have sent another state by then.
+                if let Some(at_ns) = at_ns {
+                    axis.unchanged((node, number), at_ns, cx);
+                }
+                if axis.order.is_some_and(|order| order.reported_at_once) {
+                    self.orders.expect(Some(now_ns));
+                }
+            }
+        }
     }
 
     /// Resets a node that boots up: it has got no controlword yet.
@@ -276,6 +317,13 @@ impl Drives {
                 }
             }
         }
+    }
+}
+
+impl Orders {
+    /// Expects orders to be due, at the earliest some time after one was given at `at_ns`.
+    fn expect(&mut self, at_ns: Option<Ns>) {
+        self.next_ns = at_ns.map_or(self.next_ns, |at| self.next_ns.min(at + PROMPT));
     }
 }
 
@@ -329,7 +377,9 @@ impl Drive {
             && place.at.t_ns.is_some()
             && place.heard()
         {
-            axis.order = Some(PendingOrder { word, command, from: sample.state, at: place.at, reports: 0 });
+            let reported_at_once = sample.by_pdo && axis.is_drive(place) && place.reports_at_once();
+            axis.order =
+                Some(PendingOrder { word, command, from: sample.state, at: place.at, reports: 0, reported_at_once });
         }
     }
 
@@ -371,7 +421,7 @@ impl Drive {
             (axis.sample, axis.found, axis.jump, axis.order) = (None, None, None, None);
             return;
         };
-        let sample = Sample { word, state, at: place.at };
+        let sample = Sample { word, state, at: place.at, by_pdo: place.by_pdo };
         axis.effect(place, sample, cx);
         let of_drive = || place.device().is_none_or(|profile| profile == u64::from(drive::PROFILE));
         axis.found = match axis.sample {
@@ -448,6 +498,16 @@ impl AxisPlace<'_> {
     fn device(&self) -> Option<u64> {
         let profile = self.node.value(0x1000, 0).map(|(device, _)| device & 0xFFFF);
         profile.filter(|profile| !matches!(profile, 0 | 0xFFFF))
+    }
+
+    /// Returns true if a TPDO with the statusword is sent when that changes.
+    fn reports_at_once(&self) -> bool {
+        let index = statusword(self.axis).index;
+        self.node.pdos().iter().filter(|pdo| pdo.transmit && pdo.cob.0.valid).any(|pdo| {
+            let by_events = pdo.transmission.is_some_and(|(kind, from)| kind >= 254 && from > Provenance::Eds);
+            let Content::Mapped(mapping, from) = &pdo.content else { return false };
+            by_events && !from.is_doubted() && mapping.entries.iter().any(|entry| entry.index == index)
+        })
     }
 
     /// Returns true if the node accepts data sent this way.

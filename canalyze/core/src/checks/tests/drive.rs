@@ -150,7 +150,7 @@ fn commands_that_may_have_no_effect() {
     let cases: &[(&str, &[Step])] = &[
         ("no supply", &[(0x0000, 0x0240, 10), (0x0006, 0x0240, 900)]),
         ("no command of this state", &[(0x0000, 0x0250, 10), (0x000F, 0x0250, 900)]),
-        ("braking", &[(0x000F, 0x0237, 10), (0x0006, 0x0237, 900)]),
+        ("braking", &[(0x000F, 0x0237, 10), (0x0006, 0x0237, 480), (0x0006, 0x0231, 100)]),
         ("enabled out of quick stop", &[(0x0002, 0x0217, 10), (0x000F, 0x0217, 900)]),
         ("slow to switch on", &[(0x0006, 0x0231, 10), (0x0007, 0x0231, 140), (0x0007, 0x0233, 450)]),
         ("local operation", &[(0x0000, 0x0050, 10), (0x0006, 0x0050, 900)]),
@@ -161,6 +161,8 @@ fn commands_that_may_have_no_effect() {
     }
     let held = cycles(10.0, &[(0x000F, 0x0237, 10), (0x0000, 0x0237, 150)]);
     assert_eq!(codes(&raised(&log(&(KNOWN.to_owned() + &held)))), ["DRV002"]);
+    let braking = cycles(10.0, &[(0x000F, 0x0237, 10), (0x0006, 0x0237, 600)]);
+    assert_eq!(codes(&raised(&log(&(KNOWN.to_owned() + &braking)))), ["DRV002"]);
     // PDOs are not received outside Operational.
     let stopped = KNOWN.to_owned() + "8 705#7F\n" + &held;
     assert!(!codes(&raised(&log(&stopped))).contains(&"DRV002"));
