@@ -345,6 +345,17 @@ def test_a_device_with_the_generic_bit_alone_keeps_its_error() -> None:
     assert problems(beats(net, {NODE: 6, OTHER: 6}).frames()) == [("temperature", "open")]
 
 
+@pytest.mark.parametrize("register", [0x01, 0x11, 0x81])
+def test_an_error_register_that_contradicts_the_end_of_an_error(register: int) -> None:
+    def read(value: int) -> Frames:
+        net = beats(two_nodes(3), {NODE: 3}).wait(3).send(0x080 + NODE, bytes.fromhex("1042090000000000")).wait(0.1)
+        net.send(0x080 + NODE, bytes(8)).wait(0.1).read(NODE, 0x1001, 0, value, 1)
+        return beats(net, {NODE: 6, OTHER: 6}).frames()
+
+    assert problems(read(0)) == [("temperature", "ended")]
+    assert problems(read(register)) == [("register-without-emcy", "open"), ("temperature", "ended")]
+
+
 @pytest.mark.parametrize(("count", "valid", "expected"), [(60, None, "open"), (60, 30, "ended"), (5, None, None)])
 def test_frames_to_a_disabled_rpdo(count: int, valid: int | None, expected: str | None) -> None:
     """The COB-ID of RPDO1 keeps bit 31 while its controller sends; it is mended behind a number of frames, or not."""

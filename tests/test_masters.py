@@ -66,3 +66,36 @@ def test_a_slave_that_was_configured_obeys(command: int) -> None:
     assert problems(commanded(command, asked="write", of=SLAVE)) == []
     ((_, node), *others) = problems(commanded(command, asked="write", of=SLAVE, deaf=True))
     assert node == SLAVE and not others
+
+
+def waiting(*, heartbeat: bool, reads: bool, runs: bool, boots: int = 1) -> Frames:
+    """Node 5 boots beside nodes 6 and 7, which run; its master reads its identity, and starts it or not."""
+    net = Network().boot(6, 7)
+    for node in (6, 7):
+        net.write(node, 0x1017, 0, round(PERIOD * 1000), 2).nmt(START, node)
+    beats(net, {6: 14.0, 7: 14.0})
+    begin = net.now
+    for number in range(boots):
+        net.now = begin + 0.5 + number * 1.5
+        net.boot(SLAVE)
+        if reads:
+            net.wait(0.1).read(SLAVE, 0x1000, 0, 0x000F_0191, 4).read(SLAVE, 0x1018, 1, 0x31, 4)
+    if runs:
+        net.nmt(START, SLAVE)
+    if heartbeat:
+        net.live(SLAVE, period=PERIOD, seconds=14 - (net.now - begin), states=((0, 5 if runs else 0x7F),))
+    elif runs:
+        net.cyclic(0x180 + SLAVE, period=0.1, payloads=[bytes([at % 251]) for at in range(80)])
+    return net.frames()
+
+
+@pytest.mark.parametrize("heartbeat", [True, False])
+def test_a_node_that_is_read_and_never_started(*, heartbeat: bool) -> None:
+    assert problems(waiting(heartbeat=heartbeat, reads=True, runs=False)) == [("not-started", SLAVE)]
+    assert problems(waiting(heartbeat=heartbeat, reads=True, runs=True)) == []
+
+
+def test_a_node_that_restarts_and_does_not_run_again() -> None:
+    said = diagnosed(log_text(waiting(heartbeat=False, reads=False, runs=False, boots=2)))
+    assert [(one["problem"], one["status"]) for one in said.incidents] == [("node-restarted", "unknown")]
+    assert problems(waiting(heartbeat=False, reads=True, runs=False, boots=7)) == [("restart-loop", SLAVE)]

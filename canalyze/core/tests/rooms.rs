@@ -57,8 +57,9 @@ const BUDGETS: &[(&str, usize)] = &[
     // only seemed to be missing before their interval was known. With the end of an SRDO's absence, and heartbeats that only
     // seem to be lost where their former period is back. With nodes that are there and do not run, a bus that restarts as a
     // whole, RPDOs that stop without SYNC, aborts of transfers that an excerpt does not have, and controllers that do not obey
-    // themselves. With the silences of a node between its heartbeats, beside which a late heartbeat is the smaller part.
-    ("problems", 7_010),
+    // themselves. With the silences of a node between its heartbeats, beside which a late heartbeat is the smaller part, and
+    // nodes without heartbeats that are never started.
+    ("problems", 7_015),
     // With JSON objects and rows of CSV in parts, since most of them is as in an earlier line, and selections that are found
     // without a search.
     ("tables", 6_610),

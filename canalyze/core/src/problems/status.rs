@@ -83,7 +83,8 @@ pub(super) fn status(
         return Status::Open;
     }
     if one.end.is_some() {
-        return Status::Ended;
+        // It may run again as before, but does not show that while others are Operational.
+        return if is(KindRole::Restart) && idle { Status::Unknown } else { Status::Ended };
     }
     if let Some(back) = back {
         return if end.since(back).is_some_and(|since| since < START_NS) { Status::Unknown } else { Status::Open };

@@ -104,14 +104,20 @@ impl Boots {
             let commanded = open.clone().any(|one| one.kind.is(KindRole::RpdosIgnored));
             let meant_to_run = running & !bit(node) != 0 || cycles || commanded;
             let rest = scene.heard.last(node).and_then(|last| scene.at.since(last)).unwrap_or(Ns::MAX);
-            let here = rest <= (scene.bus.heartbeat_period(node).unwrap_or(Ns::ZERO) * 2).max(WAITING_NS / 2);
+            // Without heartbeats a node that is not started has nothing to send.
+            let here =
+                scene.bus.heartbeat_period(node).map_or(boot.booted, |period| rest <= (period * 2).max(WAITING_NS / 2));
             if !long || !here || !meant_to_run || scene.heard.is_operational(node) {
                 continue;
             }
             // A problem since then explains why it is not Operational.
             let told = open.any(|one| !one.has("refused") && !one.kind.is(KindRole::Expected));
-            let stuck = boot.reads >= READS && !boot.configured;
-            if told || !(stuck || boot.booted && boot.reads > 0) {
+            // A node that restarts is read anew each time.
+            let is =
+                |role| scene.ledger.last(scene.id, |one| one.subject.concerns(node) && one.kind.is(role)).is_some();
+            let (restarted, loops) = (is(KindRole::Restart), is(KindRole::Loop));
+            let stuck = boot.reads >= READS && !boot.configured && !restarted;
+            if told || loops || !(stuck || boot.booted && boot.reads > 0) {
                 continue;
             }
             let (kind, begin) =

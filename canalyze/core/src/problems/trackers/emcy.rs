@@ -228,6 +228,9 @@ impl Emergencies {
         let at = scene.at;
         if register != 0 {
             self.shown(node, register, at, scene);
+        } else {
+            // It says that no error is left.
+            self.quiet |= bit(node);
         }
         let Some(open) = self.open.get_mut(&node) else { return };
         open.retain(|place| {
