@@ -252,12 +252,12 @@ impl Diagnosis {
         Self { bit_rate, ..Self::default() }
     }
 
-    /// Returns what shows that the bus is well: the number of nodes with heartbeats, the number of responses of default SDOs
-    /// and the longest time until one, in ns.
-    pub fn well(&self) -> (usize, u64, Ns) {
-        self.buses.iter().fold((0, 0, Ns::ZERO), |(beating, responses, slowest), one| {
-            let (count, longest_ns) = one.heard.responses;
-            (beating + one.heard.beating(), responses + count, longest_ns.max(slowest))
+    /// Returns what shows that the bus is well: the number of nodes with heartbeats and of guarded ones, the number of responses
+    /// of default SDOs and the longest time until one, in ns.
+    pub fn well(&self) -> ([u64; 2], u64, Ns) {
+        self.buses.iter().fold(([0; 2], 0, Ns::ZERO), |([beating, guarded], responses, slowest), one| {
+            let ((beats, answers), (count, longest_ns)) = (one.heard.beating(), one.heard.responses);
+            ([beating + beats, guarded + answers], responses + count, longest_ns.max(slowest))
         })
     }
 

@@ -490,8 +490,9 @@ impl OfBus {
                 }
                 false
             }
-            Change::State { node, state, previous, .. } => {
+            Change::State { node, state, previous, guarding, .. } => {
                 self.heard.state(node, Some(state));
+                self.heard.guarded |= if guarding { bit(node) } else { 0 };
                 self.nodes.heard(node, true, scene!(self, ledger, bus, id, at));
                 self.heartbeats.beat(node, scene!(self, ledger, bus, id, at));
                 if !self.found.is_empty() {

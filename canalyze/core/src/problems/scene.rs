@@ -86,8 +86,9 @@ pub(super) struct Heard {
     last: [Vec<FrameRef>; 9],
     /// By node.
     silences: Vec<Silences>,
-    /// Nodes seen, one bit each.
+    /// Nodes seen, and those that have answered node guarding, one bit each.
     pub(super) known: u128,
+    pub(super) guarded: u128,
     /// The state that each node has reported last; `None` if it has not, or has been lost since.
     pub(super) states: Vec<Option<u8>>,
     /// The number of responses of default SDOs behind their requests, and the longest time until one, in ns.
@@ -118,6 +119,7 @@ impl Default for Heard {
             last: std::array::from_fn(|_| vec![FrameRef::default(); SLOTS]),
             silences: vec![Silences::default(); SLOTS],
             known: 0,
+            guarded: 0,
             states: vec![None; SLOTS],
             responses: (0, Ns::ZERO),
             errors_of: vec![None; SLOTS],
@@ -189,9 +191,11 @@ impl Heard {
         }
     }
 
-    /// Returns the number of nodes with heartbeats, or with responses to guarding.
-    pub(super) fn beating(&self) -> usize {
-        (1..=127).filter(|node| self.noted(Last::Heartbeat, *node).is_some()).count()
+    /// Returns the number of nodes with heartbeats, and of those with responses to guarding.
+    pub(super) fn beating(&self) -> (u64, u64) {
+        let beats = |node: &u8| self.noted(Last::Heartbeat, *node).is_some();
+        let all = (1..=127).filter(beats).fold(0_u128, |all, node| all | bit(node));
+        ((all & !self.guarded).count_ones().into(), self.guarded.count_ones().into())
     }
 
     /// Records an error code that a node reports; `None`: it has none left.

@@ -12,7 +12,9 @@ use crate::rules::{Measured, Variant};
 /// The titles of kinds whose row has none.
 const OTHERS: Titles = &[
     (&[When::Reported, When::Often], &title::ReportedOften),
+    (&[When::Reported, When::Ended], &title::ReportedWithOver),
     (&[When::Reported, When::Ended], &title::ReportedOver),
+    (&[When::Reported], &title::ReportedWith),
     (&[When::Reported], &title::Reported),
     (&[When::Has("unseen")], &title::AbortedUnseen),
     (&[When::Has("client_aborted")], &title::ClientAborted),
@@ -53,6 +55,11 @@ fn fact(one: &Problem, name: &str, at: Option<Ns>) -> Option<Quantity> {
         "at" => at.map(Quantity::Ns),
         "count" => Some(Quantity::Count(one.repeats.count)),
         "nodes" => Some(Quantity::Count(one.subject.nodes.count_ones().into())),
+        "further" => {
+            let Some(Quantity::Emcy(first, profile)) = one.get("code") else { return None };
+            let further = one.clue.reported.iter().find(|code| **code != first)?;
+            Some(Quantity::Emcy(*further, profile))
+        }
         "pdo" => one.subject.pdo.map(|(transmit, number)| Quantity::Pdo(transmit, number)),
         "heard" | "until" => {
             lasts().filter(|lasts| *lasts > Ns::ZERO).and_then(|lasts| Some(Quantity::Ns(at? + lasts)))

@@ -169,13 +169,18 @@ pub fn looked(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis) {
 
 /// Appends what shows that the buses are well, in one line.
 pub fn well(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis) {
-    let (beating, responses, slowest_ns) = diagnosis.well();
+    let ([beating, guarded], responses, slowest_ns) = diagnosis.well();
     if beating > 0 {
         let words = lang.pick("{count}个节点有心跳", "{count|node|nodes} with heartbeats");
-        counted(out, lang, words, beating as u64);
+        counted(out, lang, words, beating);
+    }
+    if guarded > 0 {
+        put!(out; if beating > 0 { "; " } else { "" });
+        let words = lang.pick("{count}个节点响应节点保护", "{count|node|nodes} with responses to node guarding");
+        counted(out, lang, words, guarded);
     }
     if responses > 0 {
-        put!(out; if beating > 0 { "; " } else { "" });
+        put!(out; if beating + guarded > 0 { "; " } else { "" });
         let words =
             lang.pick("默认SDO上{count}个响应, 最慢", "{count|response|responses} on default SDOs, the slowest after ");
         counted(out, lang, words, responses);

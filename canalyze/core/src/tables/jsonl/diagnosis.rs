@@ -145,7 +145,7 @@ pub fn facts_of(out: &mut Vec<u8>, one: &Problem) {
 fn whole<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis) -> impl WriteJson {
     let (frames, first, last) = diagnosis.extent();
     let (ledger, lang) = (diagnosis.ledger(), setting.lang);
-    let (beating, responses, slowest) = diagnosis.well();
+    let ([beating, guarded], responses, slowest) = diagnosis.well();
     let order = roots(ledger);
     let nature = diagnosis.nature();
     let roots_by_status = said::counts(order.iter().filter_map(|id| ledger.by_id(*id)).map(|one| one.status));
@@ -194,7 +194,7 @@ fn whole<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis) -> impl WriteJson {
         "well": text(move |out| said::well(out, lang, diagnosis)),
         "loose_text": text(move |out| said::loose(out, lang, diagnosis)),
         /// The number of nodes with heartbeats or responses to guarding.
-        "heartbeats": beating,
+        "heartbeats": beating + guarded,
         /// The number of responses of default SDOs, and the longest time until one.
         "responses": responses,
         "slowest_ns": slowest,
