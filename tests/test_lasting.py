@@ -401,3 +401,32 @@ def test_heartbeats_that_stay_slower_do_not_follow_from_an_error(factor: float) 
     emergency = net.wait(4.6).send(0x080 + NODE, bytes.fromhex("0010010000000000")).frames()
     frames = sorted([*slower(factor), *emergency], key=lambda frame: frame.t_us)
     assert ("heartbeat-irregular", "open") in problems(frames)
+
+
+def asked(answers: list[bool], *, late: bool = False) -> Frames:
+    """Reads of 2200h:01 each second, answered or not, or after the client gave up; others are answered between them."""
+    net = beats(two_nodes(3 + len(answers) + 6), {NODE: 3 + len(answers) + 6}).wait(3)
+    for answered in answers:
+        begin = net.now
+        if answered:
+            net.read(NODE, 0x2200, 1, 7, 4)
+        else:
+            net.send(0x600 + NODE, bytes.fromhex("4000220100000000"))
+            net.send(0x600 + NODE, bytes.fromhex("8000220100000405"), after=0.1)
+            if late:
+                net.send(0x580 + NODE, bytes.fromhex("4300220107000000"), after=0.15)
+        net.wait(0.5).read(NODE, 0x1000, 0, 0x000F_0191, 4)
+        net.now = begin + 1
+    return net.wait(5).frames()
+
+
+@pytest.mark.parametrize("late", [True, False])
+def test_requests_in_vain_go_on_until_one_is_served(*, late: bool) -> None:
+    def statuses(answers: list[bool]) -> set[str]:
+        return {status for _, status in problems(asked(answers, late=late))}
+
+    for times in (3, 4, 8):
+        assert statuses([False] * times) == {"open"}
+        assert statuses([*[False] * times, True]) == {"ended"}
+    assert statuses([False]) == {"ended"}
+    assert statuses([True] * 4) == set()

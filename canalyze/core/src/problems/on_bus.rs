@@ -215,6 +215,7 @@ impl OfBus {
             self.found.not_written(transfer, scene!(self, ledger, bus, id, at));
         }
         if !failed {
+            self.found.served(transfer);
             let sign = Sign::of(Ends::Transferred, Some(transfer.node));
             self.found.sign(sign, scene!(self, ledger, bus, id, at));
             if transfer.direction == Direction::Download {
@@ -470,6 +471,7 @@ impl OfBus {
                 self.heartbeats.booted(node, scene!(self, ledger, bus, id, at));
                 self.identities.booted(node);
                 self.in_vain.booted(node, scene!(self, ledger, bus, id, at));
+                self.found.booted(node, at);
                 self.pdos.stopped(node);
                 self.load.booted(node, scene!(self, ledger, bus, id, at));
                 self.configurations.heard(node, true, scene!(self, ledger, bus, id, at));

@@ -278,6 +278,8 @@ pub(super) struct Clue {
     pub(super) sync: Option<(FrameRef, Ns)>,
     /// Active error codes.
     pub(super) codes: Vec<u16>,
+    /// True if a request was repeated in vain until the end.
+    pub(super) not_served: bool,
     /// All error codes ever reported in it.
     pub(super) reported: Vec<u16>,
     /// The number of the frame that explains it, as given by a finding.

@@ -123,6 +123,8 @@ pub enum KindRole {
     Service,
     /// Those of one SDO server are one problem.
     Sdo,
+    /// Requests that are answered too late or never: those that are repeated in vain show that it goes on.
+    NotServed,
     /// A request is not answered.
     Unanswered,
     /// A transfer violates the protocol.

@@ -79,7 +79,8 @@ pub(super) fn status(
     if is(KindRole::Lasting) || is(KindRole::Loop) && idle {
         return Status::Open;
     }
-    if goes_on(one, end) {
+    // Its node may respond, but not in time or not to this.
+    if goes_on(one, end) || one.clue.not_served {
         return Status::Open;
     }
     if one.end.is_some() {

@@ -2,6 +2,8 @@
 //!
 //! The table is in `signs`. Findings of one kind about one subject are one problem if they recur soon.
 
+use std::collections::{BTreeMap, VecDeque};
+
 use super::AGAIN_NS;
 use crate::bytes::frame::FrameRef;
 use crate::bytes::ns::Ns;
@@ -28,6 +30,8 @@ const MISSING: i64 = 5;
 const NO_LONGER_NS: Ns = Ns::from_s(2);
 /// Maximum time from the first to the last node that a master stops guarding, in ns.
 const MASTER_NS: Ns = Ns::from_s(5);
+/// Number of transfers that are kept for findings that come later.
+const SERVED: usize = 64;
 /// Number of times from which a problem is still open at the end of the capture if the next time is not due yet.
 pub(in crate::problems) const GOES_ON: u64 = 3;
 
@@ -37,6 +41,11 @@ pub(in crate::problems) struct RuleProblems {
     open: Vec<(LedgerPlace, Ends)>,
     /// The last time of problems that end at once.
     last: Vec<(LedgerPlace, FrameRef)>,
+    /// Number of requests in vain since the last one that was served, by server and object.
+    in_vain: BTreeMap<(u8, u16, u8), u64>,
+    /// The last ones that were served, and boot-ups as object 0, with the numbers of their frames: a finding about one before
+    /// may come later.
+    served: VecDeque<((u8, u16, u8), u64)>,
 }
 
 /// A sign that may end problems.
@@ -76,6 +85,14 @@ impl RuleProblems {
     pub(in crate::problems) fn found(&mut self, finding: &Finding, scene: &mut Scene<'_>) -> Option<LedgerPlace> {
         let (kind, signs::Sign { code, ends, least }) = signed(finding.code)?;
         let at = finding.about().unwrap_or(finding.at);
+        // What was answered late is served, or was not answered in time before.
+        let in_vain = kind.is(KindRole::NotServed) && code != Code::Sdo020;
+        if let (true, Some(node), Some(Mux { index, sub })) = (in_vain, finding.node, finding.object) {
+            let key = (node, index, sub);
+            if !self.served.iter().any(|(other, no)| (*other == key || *other == (node, 0, 0)) && *no > at.no) {
+                *self.in_vain.entry(key).or_default() += 1;
+            }
+        }
         let pdo =
             finding.object.and_then(|mux| pdo_parameter(mux.index)).map(|(_, transmit, number)| (transmit, number));
         // A period that stays another one counts from the first time on.
@@ -322,6 +339,37 @@ impl RuleProblems {
         }
     }
 
+    /// Records a transfer that succeeded: what was asked for in vain is served again.
+    pub(in crate::problems) fn served(&mut self, transfer: &Transfer) {
+        if let Some(Mux { index, sub }) = transfer.mux {
+            self.answered((transfer.node, index, sub), transfer.last);
+        }
+    }
+
+    /// Records a boot-up: requests before it went to a node that was not there.
+    pub(in crate::problems) fn booted(&mut self, node: u8, at: FrameRef) {
+        self.in_vain.retain(|(server, ..), _| *server != node);
+        self.answered((node, 0, 0), at);
+    }
+
+    fn answered(&mut self, key: (u8, u16, u8), at: FrameRef) {
+        self.in_vain.remove(&key);
+        if self.served.len() >= SERVED {
+            self.served.pop_front();
+        }
+        self.served.push_back((key, at.no));
+    }
+
+    /// Marks problems of requests that were repeated in vain until the end of the capture.
+    fn not_served(&mut self, scene: &mut Scene<'_>) {
+        for ((node, ..), _) in std::mem::take(&mut self.in_vain).into_iter().filter(|(_, count)| *count >= GOES_ON) {
+            let asked = |one: &Problem| one.kind.is(KindRole::NotServed) && one.subject.node == Some(node);
+            if let Some(one) = scene.ledger.last(scene.id, asked).and_then(|place| scene.ledger.get_mut(place)) {
+                one.clue.not_served = true;
+            }
+        }
+    }
+
     /// Returns true if nothing is open.
     #[inline]
     pub(in crate::problems) fn is_empty(&self) -> bool {
@@ -396,6 +444,7 @@ impl RuleProblems {
 
     /// Ends problems at the end of the capture, except those that go on.
     pub(in crate::problems) fn finish(&mut self, end: FrameRef, scene: &mut Scene<'_>) {
+        self.not_served(scene);
         together(KindRole::NoGuarding, |_| MASTER_NS, scene);
         together(KindRole::Guarding, |one| one.ns("age").unwrap_or(Ns::ZERO), scene);
         for (place, last) in self.last.drain(..) {
