@@ -99,3 +99,25 @@ def test_a_node_that_restarts_and_does_not_run_again() -> None:
     said = diagnosed(log_text(waiting(heartbeat=False, reads=False, runs=False, boots=2)))
     assert [(one["problem"], one["status"]) for one in said.incidents] == [("node-restarted", "unknown")]
     assert problems(waiting(heartbeat=False, reads=True, runs=False, boots=7)) == [("restart-loop", SLAVE)]
+
+
+def alone(boots: int, *, period: float, heartbeats: bool = False, ordered: bool = False) -> Frames:
+    """Boot-ups of the only node in a capture, perhaps commanded."""
+    net = Network()
+    for _ in range(boots):
+        if ordered:
+            net.nmt(RESET, SLAVE)
+        begin = net.wait(0.05).boot(SLAVE).now
+        if heartbeats:
+            net.live(SLAVE, period=PERIOD, seconds=period - 0.2, states=((0, 0x7F),))
+        net.now = begin + period
+    return net.frames()
+
+
+@pytest.mark.parametrize("period", [0.7, 1.5, 5.0, 30.0])
+@pytest.mark.parametrize("heartbeats", [True, False])
+def test_a_node_that_is_alone_and_boots_again_and_again(period: float, *, heartbeats: bool) -> None:
+    for boots in (3, 7, 20):
+        assert problems(alone(boots, period=period, heartbeats=heartbeats)) == [("restart-loop", SLAVE)]
+    assert problems(alone(1, period=period, heartbeats=heartbeats)) == []
+    assert ("restart-loop", SLAVE) not in problems(alone(3, period=period, ordered=True))

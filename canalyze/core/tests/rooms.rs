@@ -16,7 +16,7 @@ use std::path::Path;
 /// restarts as a whole, and RPDOs that come evenly. Who is a master is told by what it is asked and what it obeys, and a
 /// short absence of a node by all that it sends. Drives are judged by what they would have sent, too.
 /// It was 68,630 while files whose tests are declared at their head counted up to there only.
-const WHOLE: usize = 75_350;
+const WHOLE: usize = 75_370;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -58,8 +58,9 @@ const BUDGETS: &[(&str, usize)] = &[
     // seem to be lost where their former period is back. With nodes that are there and do not run, a bus that restarts as a
     // whole, RPDOs that stop without SYNC, aborts of transfers that an excerpt does not have, and controllers that do not obey
     // themselves. With the silences of a node between its heartbeats, beside which a late heartbeat is the smaller part, and
-    // nodes without heartbeats that are never started. With requests for one object that are never served.
-    ("problems", 7_070),
+    // nodes without heartbeats that are never started. With requests for one object that are never served,
+    // and boot-ups of the only node.
+    ("problems", 7_100),
     // With JSON objects and rows of CSV in parts, since most of them is as in an earlier line, and selections that are found
     // without a search.
     ("tables", 6_610),

@@ -633,6 +633,9 @@ impl OfBus {
     /// Concludes at the end of the capture.
     pub(super) fn finish(&mut self, id: BusId, end: FrameRef, bus: &Bus, ledger: &mut Ledger) {
         let before = ledger.all.len();
+        if let Some(alone) = self.boots.alone(&self.heard) {
+            self.nodes.boots_alone(alone, scene!(self, ledger, bus, id, end));
+        }
         self.boots.finish(scene!(self, ledger, bus, id, end));
         self.heartbeats.finish(scene!(self, ledger, bus, id, end));
         self.identities.finish(scene!(self, ledger, bus, id, end));

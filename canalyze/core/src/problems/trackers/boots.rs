@@ -13,6 +13,7 @@ use crate::problems::problem::{Grade, Problem, StepRole, Subject, bit};
 use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
 use crate::problems::scene::{Heard, Scene};
+use crate::problems::trackers::nodes::LOOP;
 use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
@@ -28,7 +29,9 @@ const APART_NS: Ns = Ns::from_ms(500);
 struct Boot {
     /// Its boot-up, or the first read of its device type.
     begin: FrameRef,
-    booted: bool,
+    /// Number of its boot-ups, and the last of them.
+    boots: u64,
+    booted: FrameRef,
     /// Number of separate reads of 1000h, the first and the last of them.
     reads: u64,
     first: FrameRef,
@@ -52,8 +55,12 @@ impl Boots {
     pub(in crate::problems) fn booted(&mut self, node: u8, at: FrameRef) {
         let reads = self.waiting.get(&node).map_or((0, at, at), |boot| (boot.reads, boot.first, boot.last));
         let (reads, first, last) = reads;
-        let begin = self.waiting.get(&node).map_or(at, |boot| boot.begin);
-        self.waiting.insert(node, Boot { begin, booted: true, reads, first, last, configured: false, step: None });
+        let (begin, boots, before) =
+            self.waiting.get(&node).map_or((at, 0, at), |boot| (boot.begin, boot.boots, boot.booted));
+        let boots = boots + u64::from(boots == 0 || at.since(before).is_none_or(|since| since >= APART_NS));
+        let booted = at;
+        let boot = Boot { begin, boots, booted, reads, first, last, configured: false, step: None };
+        self.waiting.insert(node, boot);
     }
 
     /// Removes nodes started by the NMT master, one bit each.
@@ -74,8 +81,8 @@ impl Boots {
         }
         match transfer.direction {
             Direction::Upload if mux.index == 0x1000 => {
-                let fresh =
-                    Boot { begin: at, booted: false, reads: 0, first: at, last: at, configured: false, step: None };
+                let (boots, booted, reads, configured) = (0, FrameRef::default(), 0, false);
+                let fresh = Boot { begin: at, boots, booted, reads, first: at, last: at, configured, step: None };
                 let boot = self.waiting.entry(node).or_insert(fresh);
                 if boot.reads == 0 {
                     (boot.first, boot.last, boot.reads) = (at, at, 1);
@@ -92,6 +99,14 @@ impl Boots {
         }
     }
 
+    /// Returns the only node in a capture without any command, if it has booted several times: the number of its boot-ups, and
+    /// the first and the last of them.
+    pub(in crate::problems) fn alone(&self, heard: &Heard) -> Option<(u8, u64, [FrameRef; 2])> {
+        let (node, boot) = self.waiting.first_key_value().filter(|_| heard.control.no == 0)?;
+        let loops = boot.boots >= LOOP && heard.known == bit(*node);
+        loops.then_some((*node, boot.boots, [boot.begin, boot.booted]))
+    }
+
     /// Reports nodes, at the end of the capture, that are present and were read, but never started while others run.
     pub(in crate::problems) fn finish(&mut self, scene: &mut Scene<'_>) {
         let running = scene.heard.operational & scene.heard.serving;
@@ -105,8 +120,10 @@ impl Boots {
             let meant_to_run = running & !bit(node) != 0 || cycles || commanded;
             let rest = scene.heard.last(node).and_then(|last| scene.at.since(last)).unwrap_or(Ns::MAX);
             // Without heartbeats a node that is not started has nothing to send.
-            let here =
-                scene.bus.heartbeat_period(node).map_or(boot.booted, |period| rest <= (period * 2).max(WAITING_NS / 2));
+            let here = scene
+                .bus
+                .heartbeat_period(node)
+                .map_or(boot.boots > 0, |period| rest <= (period * 2).max(WAITING_NS / 2));
             if !long || !here || !meant_to_run || scene.heard.is_operational(node) {
                 continue;
             }
@@ -117,7 +134,7 @@ impl Boots {
                 |role| scene.ledger.last(scene.id, |one| one.subject.concerns(node) && one.kind.is(role)).is_some();
             let (restarted, loops) = (is(KindRole::Restart), is(KindRole::Loop));
             let stuck = boot.reads >= READS && !boot.configured && !restarted;
-            if told || loops || !(stuck || boot.booted && boot.reads > 0) {
+            if told || loops || !(stuck || boot.boots > 0 && boot.reads > 0) {
                 continue;
             }
             let (kind, begin) =
@@ -132,7 +149,7 @@ impl Boots {
                 if let Some(object) = boot.step {
                     one.fact("object", Quantity::Object(object));
                 }
-                if boot.booted {
+                if boot.boots > 0 {
                     one.step(boot.begin, StepRole::Sign, Saying::Booted, None);
                 }
                 if boot.reads > 0 {

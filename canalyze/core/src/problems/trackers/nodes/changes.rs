@@ -19,7 +19,7 @@ use crate::wire::error_control::OPERATIONAL;
 /// Maximum time from an emergency to a change of state caused by it, in ns.
 const REACTION_NS: Ns = Ns::from_s(2);
 /// Number of boot-ups without a command that are a loop.
-const LOOP: u64 = 3;
+pub(in crate::problems) const LOOP: u64 = 3;
 /// Maximum distance of boot-ups of nodes that were lost together, in ns.
 const BACK_NS: Ns = Ns::from_s(1);
 
@@ -99,6 +99,25 @@ impl NodeProblems {
                 one.step(scene.at, StepRole::Recovery, Saying::OperationalAgain, None);
                 one.ends(scene.at);
             }
+        }
+    }
+
+    /// Reports the boot-ups of the only node in a capture, at its end: neither a rule nor a command explains them.
+    pub(in crate::problems) fn boots_alone(
+        &self,
+        (node, count, [begin, last]): (u8, u64, [FrameRef; 2]),
+        scene: &mut Scene<'_>,
+    ) {
+        let boots = |one: &Problem| one.kind.is(KindRole::Booted) || one.has("boot_up");
+        if scene.ledger.last(scene.id, |one| one.subject.concerns(node) && boots(one)).is_some() {
+            return;
+        }
+        let place = scene.ledger.open(ProblemKind::RestartLoop, scene.id, Subject::node(node), begin, last);
+        if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+            (one.repeats.count, one.repeats.since) = (count, last);
+            one.fact("alone", Quantity::Count(1));
+            one.step(begin, StepRole::Sign, Saying::Booted, None);
+            one.step(last, StepRole::Sign, Saying::Booted, None);
         }
     }
 

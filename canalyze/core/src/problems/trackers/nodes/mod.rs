@@ -8,6 +8,7 @@ mod changes;
 mod commands;
 mod losses;
 
+pub(in crate::problems) use self::changes::LOOP;
 use std::collections::BTreeMap;
 
 use self::changes::Together;
