@@ -68,8 +68,10 @@ def test_a_slave_that_was_configured_obeys(command: int) -> None:
     assert node == SLAVE and not others
 
 
-def waiting(*, heartbeat: bool, reads: bool, runs: bool, boots: int = 1) -> Frames:
-    """Node 5 boots beside nodes 6 and 7, which run; its master reads its identity, and starts it or not."""
+def waiting(
+    *, heartbeat: bool, reads: bool, runs: bool, boots: int = 1, started: bool = True, pdos: int = 80
+) -> Frames:
+    """Node 5 boots beside nodes 6 and 7, which run; it is read, and started or starts itself, or neither."""
     net = Network().boot(6, 7)
     for node in (6, 7):
         net.write(node, 0x1017, 0, round(PERIOD * 1000), 2).nmt(START, node)
@@ -80,13 +82,19 @@ def waiting(*, heartbeat: bool, reads: bool, runs: bool, boots: int = 1) -> Fram
         net.boot(SLAVE)
         if reads:
             net.wait(0.1).read(SLAVE, 0x1000, 0, 0x000F_0191, 4).read(SLAVE, 0x1018, 1, 0x31, 4)
-    if runs:
+    if runs and started:
         net.nmt(START, SLAVE)
     if heartbeat:
         net.live(SLAVE, period=PERIOD, seconds=14 - (net.now - begin), states=((0, 5 if runs else 0x7F),))
     elif runs:
-        net.cyclic(0x180 + SLAVE, period=0.1, payloads=[bytes([at % 251]) for at in range(80)])
+        net.cyclic(0x180 + SLAVE, period=8 / pdos, payloads=[bytes([at % 251]) for at in range(pdos)])
     return net.frames()
+
+
+@pytest.mark.parametrize("pdos", [2, 8, 80])
+def test_a_node_that_starts_itself(pdos: int) -> None:
+    for heartbeat in (True, False):
+        assert problems(waiting(heartbeat=heartbeat, reads=True, runs=True, started=False, pdos=pdos)) == []
 
 
 @pytest.mark.parametrize("heartbeat", [True, False])

@@ -12,7 +12,7 @@ use crate::problems::kinds::ProblemKind;
 use crate::problems::problem::{Grade, Problem, StepRole, Subject, bit};
 use crate::problems::roles::KindRole;
 use crate::problems::sayings::Saying;
-use crate::problems::scene::{Heard, Scene};
+use crate::problems::scene::{Heard, Last, Scene};
 use crate::problems::trackers::nodes::LOOP;
 use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Direction, Status, Transfer};
@@ -124,7 +124,10 @@ impl Boots {
                 .bus
                 .heartbeat_period(node)
                 .map_or(boot.boots > 0, |period| rest <= (period * 2).max(WAITING_NS / 2));
-            if !long || !here || !meant_to_run || scene.heard.is_operational(node) {
+            // It has started itself: only Operational nodes send PDOs, and without heartbeats nothing else shows that.
+            let sends = scene.heard.noted(Last::Pdo, node).is_some_and(|pdo| pdo.no > boot.begin.no);
+            let runs = sends && scene.bus.heartbeat_period(node).is_none();
+            if !long || !here || !meant_to_run || runs || scene.heard.is_operational(node) {
                 continue;
             }
             // A problem since then explains why it is not Operational.
