@@ -129,3 +129,17 @@ def test_a_node_that_is_alone_and_boots_again_and_again(period: float, *, heartb
         assert problems(alone(boots, period=period, heartbeats=heartbeats)) == [("restart-loop", SLAVE)]
     assert problems(alone(1, period=period, heartbeats=heartbeats)) == []
     assert ("restart-loop", SLAVE) not in problems(alone(3, period=period, ordered=True))
+
+
+@pytest.mark.parametrize("boots", [2, 3, 5])
+def test_a_node_that_restarts_and_is_not_heard_any_more(boots: int) -> None:
+    net = Network().boot(6, 7)
+    for node in (6, 7):
+        net.write(node, 0x1017, 0, round(PERIOD * 1000), 2).nmt(START, node)
+    beats(net, {6: 18.0, 7: 18.0})
+    begin = net.now
+    for number in range(boots):
+        net.now = begin + 0.5 + number * 1.5
+        net.boot(SLAVE).live(SLAVE, period=PERIOD, seconds=1.4, states=((0, 0x7F),))
+    said = diagnosed(log_text(net.frames()))
+    assert [one["subject"]["node"] for one in said.incidents if one["status"] == "open"] == [SLAVE]

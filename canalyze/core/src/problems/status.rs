@@ -106,6 +106,7 @@ pub(super) fn status(
         let stays = one.findings.iter().any(|cited| cited.code == Code::Sdo018);
         return if stays { Status::Open } else { Status::Unknown };
     }
-    let silent = is(KindRole::Unheard);
+    // A node that restarts and is not heard any more is not well.
+    let silent = is(KindRole::Unheard) || is(KindRole::Restart) || is(KindRole::Loop);
     if gone && !silent { Status::Unknown } else { Status::Open }
 }
