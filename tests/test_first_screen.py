@@ -69,9 +69,13 @@ def test_only_a_server_refuses(channel: int, words: str) -> None:
     assert [words in message for _, _, message in told(log(lines))] == [True]
 
 
-@pytest.mark.parametrize(("first", "managed"), [(1, False), (9, True)])
-def test_who_resets_the_others_goes_on(first: int, managed: bool) -> None:
-    """The controller boots and resets all; or a device that booted before any controller was heard, and is read."""
+@pytest.mark.parametrize(
+    ("first", "asked", "answer"),
+    [(1, "", ""), (1, READ, DEVICE_TYPE), (9, "2B171000F4010000", "6017100000000000")],
+    ids=["not asked", "read", "written"],
+)
+def test_who_resets_the_others_goes_on(first: int, asked: str, answer: str) -> None:
+    """The controller boots and resets all, and a tool may read from it; or it is a device, since it is configured."""
     lines = [(0.0, f"{0x700 + first:03X}#00"), *beats(first, 5, 0.2, 2), (2.0, "000#8200"), *beats(first, 5, 2.2, 9)]
     lines += [
         (2.4, "703#00"),
@@ -80,9 +84,9 @@ def test_who_resets_the_others_goes_on(first: int, managed: bool) -> None:
         (2.6, "000#0103"),
         *beats(3, 5, 2.7, 9),
     ]
-    if managed:
-        lines += [(1.6, f"{0x600 + first:03X}#{READ}"), (1.601, f"{0x580 + first:03X}#{DEVICE_TYPE}")]
-    assert any(status == "open" for status, _, _ in told(log(lines))) == managed
+    if asked:
+        lines += [(1.6, f"{0x600 + first:03X}#{asked}"), (1.601, f"{0x580 + first:03X}#{answer}")]
+    assert any(status == "open" for status, _, _ in told(log(lines))) == (first == 9)
 
 
 @pytest.mark.parametrize("started", [False, True])

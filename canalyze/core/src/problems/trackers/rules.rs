@@ -30,8 +30,9 @@ const MISSING: i64 = 5;
 const NO_LONGER_NS: Ns = Ns::from_s(2);
 /// Maximum time from the first to the last node that a master stops guarding, in ns.
 const MASTER_NS: Ns = Ns::from_s(5);
-/// Number of transfers that are kept for findings that come later.
+/// Number of transfers that are kept for findings that come later, and of objects that are followed.
 const SERVED: usize = 64;
+const IN_VAIN: usize = 4096;
 /// Number of times from which a problem is still open at the end of the capture if the next time is not due yet.
 pub(in crate::problems) const GOES_ON: u64 = 3;
 
@@ -89,7 +90,8 @@ impl RuleProblems {
         let in_vain = kind.is(KindRole::NotServed) && code != Code::Sdo020;
         if let (true, Some(node), Some(Mux { index, sub })) = (in_vain, finding.node, finding.object) {
             let key = (node, index, sub);
-            if !self.served.iter().any(|(other, no)| (*other == key || *other == (node, 0, 0)) && *no > at.no) {
+            let since = self.served.iter().any(|(other, no)| (*other == key || *other == (node, 0, 0)) && *no > at.no);
+            if !since && (self.in_vain.len() < IN_VAIN || self.in_vain.contains_key(&key)) {
                 *self.in_vain.entry(key).or_default() += 1;
             }
         }
