@@ -30,13 +30,18 @@ pub(super) struct PendingOrder {
 
 impl PendingOrder {
     /// Returns true if it leads towards operation enabled.
-    fn is_upward(&self) -> bool {
+    fn is_upward(self) -> bool {
         matches!(self.command, DriveCommand::SwitchOn | DriveCommand::EnableOperation)
             || (self.command == DriveCommand::Shutdown && self.from == DriveState::SwitchOnDisabled)
     }
 
+    /// Returns the time at which its effect is due, in ns, if that would be reported at once.
+    pub(super) fn due_ns(self) -> Option<Ns> {
+        self.at.t_ns.filter(|_| self.reported_at_once).map(|at| at + self.limit_ns())
+    }
+
     /// Returns the time after which the state must have changed, in ns.
-    pub(super) fn limit_ns(&self) -> Ns {
+    fn limit_ns(self) -> Ns {
         let brakes = self.from == DriveState::OperationEnabled
             && !matches!(self.command, DriveCommand::DisableVoltage | DriveCommand::QuickStop);
         match self.command {

@@ -102,26 +102,14 @@ struct Drive {
     fresh: bool,
 }
 
-/// The time at which orders are looked at, in ns.
-#[derive(Debug)]
-struct Orders {
-    next_ns: Ns,
-}
-
-impl Default for Orders {
-    fn default() -> Self {
-        Self { next_ns: Ns::MAX }
-    }
-}
-
 /// The drives of a bus.
 #[derive(Debug, Default)]
 pub struct Drives {
     nodes: PerNode<Drive>,
     watch: Watch,
     emcy_due: EmcyDue,
-    /// Orders whose effect would be reported at once.
-    orders: Orders,
+    /// The earliest time at which an order is due whose effect would be reported at once, in ns.
+    due_ns: Option<Ns>,
 }
 
 /// The origin of a value, and the node it belongs to.
@@ -179,7 +167,7 @@ impl Drives {
         state: impl Fn(u8) -> Option<u8>,
         cx: &mut Context<'_>,
     ) {
-        let Self { nodes: drives, watch, emcy_due, orders } = self;
+        let Self { nodes: drives, watch, emcy_due, due_ns } = self;
         for WatchedPdo { node, transmit, number, objects } in watch.of(frame.id, nodes) {
             // An identifier has one sender, which the bus model knows.
             if *transmit && !(pdo.transmit && (pdo.node, pdo.number) == (*node, *number)) {
@@ -200,8 +188,7 @@ impl Drives {
                 match (part.object, transmit) {
                     (DriveObject::Controlword, false) => {
                         drive.sent(place, raw as u16, cx);
-                        drive.taken(place, raw as u16);
-                        orders.expect(place.at.t_ns);
+                        *due_ns = earliest(*due_ns, drive.taken(place, raw as u16));
                     }
                     (DriveObject::ModesOfOperation, false) => drive.requested(place, raw as u8),
                     (DriveObject::Statusword, true) => drive.reported(place, raw as u16, emcy_due, cx),
@@ -247,8 +234,7 @@ impl Drives {
             (DriveObject::Controlword, Direction::Upload) => drive.sent(place, raw, cx),
             (DriveObject::Controlword, Direction::Download) => {
                 drive.sent(place, raw, cx);
-                drive.taken(place, raw);
-                self.orders.expect(place.at.t_ns);
+                self.due_ns = earliest(self.due_ns, drive.taken(place, raw));
             }
             (DriveObject::ModesOfOperation, Direction::Download) => drive.requested(place, raw as u8),
             (DriveObject::Statusword, Direction::Upload) => drive.reported(place, raw, &mut self.emcy_due, cx),
@@ -272,7 +258,7 @@ impl Drives {
     #[inline]
     pub fn advance(&mut self, now_ns: Ns, reported: impl Fn(u8) -> Option<FrameRef>, cx: &mut Context<'_>) {
         self.emcy_due.advance(now_ns, cx);
-        if now_ns >= self.orders.next_ns {
+        if self.due_ns.is_some_and(|due| due <= now_ns) {
             self.unchanged(now_ns, reported, cx);
         }
     }
@@ -280,7 +266,7 @@ impl Drives {
     /// Reports orders without effect whose drives would report the effect at once.
     #[cold]
     fn unchanged(&mut self, now_ns: Ns, reported: impl Fn(u8) -> Option<FrameRef>, cx: &mut Context<'_>) {
-        self.orders.next_ns = Ns::MAX;
+        self.due_ns = None;
         for (node, drive) in self.nodes.iter_mut() {
             let at_ns = reported(node).and_then(|at| at.t_ns);
             for (number, axis) in (0..).zip(&mut drive.axes) {
@@ -289,9 +275,9 @@ impl Drives {
                 if let Some(at_ns) = at_ns {
                     axis.unchanged((node, number), at_ns, cx);
                 }
-                if axis.order.is_some_and(|order| order.reported_at_once) {
-                    self.orders.expect(Some(now_ns));
-                }
+                // Otherwise it is looked at again.
+                let due_ns = axis.order.and_then(PendingOrder::due_ns).map(|due| due.max(now_ns + PROMPT));
+                self.due_ns = earliest(self.due_ns, due_ns);
             }
         }
     }
@@ -317,13 +303,6 @@ impl Drives {
                 }
             }
         }
-    }
-}
-
-impl Orders {
-    /// Expects orders to be due, at the earliest some time after one was given at `at_ns`.
-    fn expect(&mut self, at_ns: Option<Ns>) {
-        self.next_ns = at_ns.map_or(self.next_ns, |at| self.next_ns.min(at + PROMPT));
     }
 }
 
@@ -355,12 +334,13 @@ impl Drive {
         }
     }
 
-    /// Adds a controlword that the drive must have taken.
-    fn taken(&mut self, place: AxisPlace<'_>, word: u16) {
-        let Some(axis) = self.axis(place.axis) else { return };
+    /// Adds a controlword that the drive must have taken. Returns the time in ns at which its effect is due, if that would be
+    /// reported at once.
+    fn taken(&mut self, place: AxisPlace<'_>, word: u16) -> Option<Ns> {
+        let axis = self.axis(place.axis)?;
         let asked = word & 0x8F;
         if axis.controlwords.given == Some(asked) {
-            return;
+            return None;
         }
         let given = axis.controlwords.given;
         // Only a reset needs the word before it: its bit may have been set all along.
@@ -369,7 +349,7 @@ impl Drive {
         let state = axis.sample.map(|sample| sample.state);
         // Only a fault reset leads out of a fault; its edge counts, whatever follows.
         if axis.order.is_some_and(|order| order.command == DriveCommand::FaultReset && state == Some(order.from)) {
-            return;
+            return None;
         }
         axis.order = None;
         if let (Some(sample), Some(command)) = (axis.sample, command)
@@ -381,6 +361,7 @@ impl Drive {
             axis.order =
                 Some(PendingOrder { word, command, from: sample.state, at: place.at, reports: 0, reported_at_once });
         }
+        axis.order.and_then(PendingOrder::due_ns)
     }
 
     /// Takes a requested mode of operation.
@@ -535,6 +516,10 @@ fn display(axis: u8) -> Mux {
 
 fn is_fault(state: DriveState) -> bool {
     matches!(state, DriveState::Fault | DriveState::FaultReactionActive)
+}
+
+fn earliest(one: Option<Ns>, other: Option<Ns>) -> Option<Ns> {
+    one.into_iter().chain(other).min()
 }
 
 fn elapsed(from: Option<Ns>, to: Option<Ns>) -> Option<Ns> {
