@@ -48,6 +48,18 @@ def test_a_node_whose_frames_all_fail_is_silent(away: float) -> None:
     assert (one, status) == ("segment-lost", "ended")
 
 
+@pytest.mark.parametrize("later", [0.0, 0.13, 0.22, 0.35])
+def test_a_segment_is_back_with_its_last_node(later: float) -> None:
+    first, last = interrupted(0.9), interrupted(0.9 + later, (OTHER,))
+    own = [base + NODE for base in (0x180, 0x700)]
+    frames = [frame for frame in last if frame.can_id not in own] + [frame for frame in first if frame.can_id in own]
+    frames.sort(key=lambda frame: frame.t_us)
+    (one,) = roots(frames)
+    lost = max(frame.t_us for frame in frames if frame.t_us < frames[0].t_us + 6_000_000)
+    back = [next(at for at, f in enumerate(frames, 1) if f.t_us > lost and f.can_id & 0x7F == node) for node in (3, 4)]
+    assert (one["problem"], one["status"], one["end"]["frame"]) == ("segment-lost", "ended", max(back))
+
+
 @pytest.mark.parametrize("away", [0.65, 0.9, 1.2, 1.4, 2.0, 3.0])
 def test_a_node_whose_other_frames_go_on_is_not_silent(away: float) -> None:
     assert not any(kind in ("node-silent", "segment-lost") for kind, _ in kinds(interrupted(away, pdos_go_on=True)))
@@ -91,6 +103,23 @@ def test_guarding_that_is_switched_off_is_not_missed(by: tuple[int, int]) -> Non
 
 def test_guarding_that_only_ends_is_missed() -> None:
     assert kinds(ended(None)) == [("guarding-stopped", "open")]
+
+
+@pytest.mark.parametrize("times", [1, 2, 8])
+def test_guarding_that_ends_behind_another_guard_time_is_missed(times: int) -> None:
+    """The life time is longer from the write on; requests come as seldom then, or not at all."""
+
+    def guard(count: int) -> Frames:
+        net = guarded(NODE, OTHER)
+        begin = net.now
+        net.guarding(OTHER, period=GUARD, count=56, state=5).guarding(NODE, period=GUARD, count=8, state=5)
+        net.now = begin + 3.8
+        net.write(NODE, 0x100C, 0, round(GUARD * times * 1000), 2)
+        net.now = begin + 3.5 + GUARD * times
+        return net.guarding(NODE, period=GUARD * times, count=count, state=5).frames()
+
+    assert kinds(guard(0)) == [("guarding-stopped", "open")]
+    assert kinds(guard(int(23.9 / GUARD / times))) == []
 
 
 def asked_in_vain(period: float, *, pdos: bool, heartbeat: bool) -> Frames:

@@ -138,16 +138,21 @@ impl Guarding {
     /// Updates the node life times after a change of 100Ch or 100Dh.
     pub fn configure(&mut self, nodes: &PerNode<Node>) {
         for (id, node) in nodes.iter() {
-            let known = |index| node.value(index, 0).filter(|(_, from)| *from > Provenance::Eds);
-            let life_ns = known(0x100C).zip(known(0x100D)).map_or(Ns::ZERO, |((guard_ms, _), (factor, _))| {
+            let known =
+                |index| node.value(index, 0).filter(|(_, from)| *from > Provenance::Eds).map(|(value, _)| value);
+            let (guard_ms, factor) = (known(0x100C), known(0x100D));
+            let off = guard_ms == Some(0) || factor == Some(0);
+            let life_ns = guard_ms.zip(factor).map_or(Ns::ZERO, |(guard_ms, factor)| {
                 Ns::from_ms((guard_ms & 0xFFFF) as i64 * (factor & 0xFF) as i64)
             });
             if life_ns > Ns::ZERO || self.life_ns.get(id).is_some() {
-                let before = std::mem::replace(self.life_ns.entry(id), life_ns);
-                if before != life_ns {
-                    // The time that was written holds from the next request on.
-                    self.life.void(|node| *node == id);
-                }
+                *self.life_ns.entry(id) = life_ns;
+            }
+            // A longer time holds at once, a shorter one from the next request on; one that is not known for now changes nothing.
+            if off {
+                self.life.met(id);
+            } else if let Some(owed) = self.life.get(id).copied().filter(|owed| owed.limit_ns < life_ns) {
+                self.life.open(id, Owed { limit_ns: life_ns, ..owed });
             }
         }
     }

@@ -51,8 +51,9 @@ pub(super) struct Silences {
 }
 
 impl Silences {
-    /// Number of heartbeats after which the usual silence is known.
+    /// Number of heartbeats after which the usual silence is known, and the multiple of it that is unusual.
     const KNOWN: u8 = 6;
+    const UNUSUAL: i64 = 3;
 
     /// Takes a frame of the node behind its last one; true if it is an answer, and if it is a heartbeat.
     fn take(&mut self, silence: (FrameRef, FrameRef), answers: bool, beats: bool) {
@@ -165,7 +166,7 @@ impl Heard {
     /// and several times longer than usual, and if another frame ended it: not only heartbeats were missing.
     pub(super) fn silence(&self, node: u8, ns: Ns) -> Option<(FrameRef, FrameRef)> {
         let Silences { closed, usual_ns, beats, .. } = *self.silences.get(usize::from(node))?;
-        let unusual = beats > Silences::KNOWN && length(closed) > 3 * usual_ns;
+        let unusual = beats > Silences::KNOWN && length(closed) > Silences::UNUSUAL * usual_ns;
         let other = Some(closed.1) != self.last_heartbeat(node);
         Some(closed).filter(|_| unusual && other && length(closed) > ns)
     }

@@ -132,6 +132,11 @@ impl NodeProblems {
         one.clue.back |= bit(node);
         one.found(finding);
         one.ends(to);
+        if one.begin.no > from.no {
+            (one.begin, one.repeats.since) = (from, from);
+        }
+        // It is over when the last node of a segment is back.
+        one.end = one.end.into_iter().chain([to]).max_by_key(|end| end.no);
         true
     }
 
