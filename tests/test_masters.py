@@ -1,9 +1,11 @@
-"""Which node is the master: it does not obey its own commands to all, and its slaves do.
+"""Masters and slaves: a master does not obey its own commands to all, and its slaves do.
 
 Over the ways in which a capture shows a node. Must not: test the words of a problem.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import pytest
 from captures import log_text
@@ -68,14 +70,19 @@ def test_a_slave_that_was_configured_obeys(command: int) -> None:
     assert node == SLAVE and not others
 
 
+def running(seconds: float) -> Network:
+    """Nodes 6 and 7, which are Operational for a time from now on."""
+    net = Network().boot(6, 7)
+    for node in (6, 7):
+        net.write(node, 0x1017, 0, round(PERIOD * 1000), 2).nmt(START, node)
+    return beats(net, {6: seconds, 7: seconds})
+
+
 def waiting(
     *, heartbeat: bool, reads: bool, runs: bool, boots: int = 1, started: bool = True, pdos: int = 80
 ) -> Frames:
     """Node 5 boots beside nodes 6 and 7, which run; it is read, and started or starts itself, or neither."""
-    net = Network().boot(6, 7)
-    for node in (6, 7):
-        net.write(node, 0x1017, 0, round(PERIOD * 1000), 2).nmt(START, node)
-    beats(net, {6: 14.0, 7: 14.0})
+    net = running(14.0)
     begin = net.now
     for number in range(boots):
         net.now = begin + 0.5 + number * 1.5
@@ -122,7 +129,7 @@ def alone(boots: int, *, period: float, heartbeats: bool = False, ordered: bool 
     return net.frames()
 
 
-@pytest.mark.parametrize("period", [0.7, 1.5, 5.0, 30.0])
+@pytest.mark.parametrize("period", [0.7, 1.5, 5.0, 9.0])
 @pytest.mark.parametrize("heartbeats", [True, False])
 def test_a_node_that_is_alone_and_boots_again_and_again(period: float, *, heartbeats: bool) -> None:
     for boots in (3, 7, 20):
@@ -131,12 +138,24 @@ def test_a_node_that_is_alone_and_boots_again_and_again(period: float, *, heartb
     assert ("restart-loop", SLAVE) not in problems(alone(3, period=period, ordered=True))
 
 
+@pytest.mark.parametrize("boots", [3, 6])
+def test_a_node_that_is_alone_and_switched_by_hand(boots: int) -> None:
+    for period in (15.0, 60.0):
+        assert problems(alone(boots, period=period)) == []
+
+
+@pytest.mark.parametrize(("seconds", "status"), [(5, "open"), (15, "ended"), (60, "ended")])
+def test_a_node_that_is_alone_and_stays_up(seconds: int, status: str) -> None:
+    frames = alone(4, period=1.0)
+    beat = frames[-1].t_us
+    frames += [replace(frames[-1], data=b"\x7f", t_us=beat + number * 200_000) for number in range(1, seconds * 5)]
+    said = diagnosed(log_text(frames))
+    assert [(one["problem"], one["status"]) for one in said.incidents] == [("restart-loop", status)]
+
+
 @pytest.mark.parametrize("boots", [2, 3, 5])
 def test_a_node_that_restarts_and_is_not_heard_any_more(boots: int) -> None:
-    net = Network().boot(6, 7)
-    for node in (6, 7):
-        net.write(node, 0x1017, 0, round(PERIOD * 1000), 2).nmt(START, node)
-    beats(net, {6: 18.0, 7: 18.0})
+    net = running(18.0)
     begin = net.now
     for number in range(boots):
         net.now = begin + 0.5 + number * 1.5

@@ -132,7 +132,7 @@ impl Boots {
             }
             // A problem since then explains why it is not Operational.
             let told = open.any(|one| !one.has("refused") && !one.kind.is(KindRole::Expected));
-            // A node that restarts is read anew each time.
+            // A node that restarts is read again each time.
             let is =
                 |role| scene.ledger.last(scene.id, |one| one.subject.concerns(node) && one.kind.is(role)).is_some();
             let (restarted, loops) = (is(KindRole::Restart), is(KindRole::Loop));

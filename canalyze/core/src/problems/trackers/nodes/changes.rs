@@ -102,14 +102,17 @@ impl NodeProblems {
         }
     }
 
-    /// Reports the boot-ups of the only node in a capture, at its end: neither a rule nor a command explains them.
+    /// Reports the boot-ups of the only node in a capture, at its end, if they follow each other like problems that return: neither a
+    /// rule nor a command explains them. A node that is there for as long since the last one is up.
     pub(in crate::problems) fn boots_alone(
         &self,
         (node, count, [begin, last]): (u8, u64, [FrameRef; 2]),
         scene: &mut Scene<'_>,
     ) {
         let boots = |one: &Problem| one.kind.is(KindRole::Booted) || one.has("boot_up");
-        if scene.ledger.last(scene.id, |one| one.subject.concerns(node) && boots(one)).is_some() {
+        let told = scene.ledger.last(scene.id, |one| one.subject.concerns(node) && boots(one)).is_some();
+        let mean = last.since(begin).map(|all| all / count.saturating_sub(1).max(1) as i64);
+        if told || mean.is_some_and(|mean| mean > AGAIN_NS) {
             return;
         }
         let place = scene.ledger.open(ProblemKind::RestartLoop, scene.id, Subject::node(node), begin, last);
@@ -118,6 +121,9 @@ impl NodeProblems {
             one.fact("alone", Quantity::Count(1));
             one.step(begin, StepRole::Sign, Saying::Booted, None);
             one.step(last, StepRole::Sign, Saying::Booted, None);
+            if scene.at.since(last).is_some_and(|up| up > AGAIN_NS) {
+                one.ends(last);
+            }
         }
     }
 
