@@ -36,38 +36,47 @@ from canalyze.running.run import Interrupt
 from canalyze.words import Words
 
 
-def show(action: Action, done: Sequence[Manifest], out: Output, words: Words, *, whole: bool) -> None:
+class Done(NamedTuple):
+    """The captures of a run, each with its verdict."""
+
+    action: Action
+    manifests: Sequence[Manifest]
+    verdicts: Sequence[Verdict]
+
+
+def show(done: Done, out: Output, words: Words, *, whole: bool) -> None:
     """Writes the text report. whole: for check with the findings of each capture, not only the totals."""
+    action, manifests, verdicts = done
     if action == "check":
-        check.show([verdict_of(action, one) for one in done], out, words, totals=not whole)
+        check.show(verdicts, out, words, totals=not whole)
     elif action == "diagnose":
-        rows = [row for one in done if (row := problems_of(one))]
+        rows = [row for one in manifests if (row := problems_of(one))]
         show_problems(rows, out, words)
         if whole:
             out.text("\n")
         diagnosis.show_each(
-            rows, out, words, diagnosis.Chosen(None, None, None), unread=len(done) - len(rows), totals=not whole
+            rows, out, words, diagnosis.Chosen(None, None, None), unread=len(manifests) - len(rows), totals=not whole
         )
     elif action == "export":
-        show_tables([(one.result or {}).get("rows", {}) for one in done], out, words)
+        show_tables([(one.result or {}).get("rows", {}) for one in manifests], out, words)
     else:
-        show_summaries([(one.capture, one.error, of_rows(records_of(one), *KINDS)) for one in done], out, words)
-    show_failed([(one.capture, one.error or "", one.attempts) for one in done if one.failed], out, words)
+        show_summaries([(one.capture, one.error, of_rows(records_of(one), *KINDS)) for one in manifests], out, words)
+    show_failed([(one.capture, one.error or "", one.attempts) for one in manifests if one.failed], out, words)
 
 
-def write(action: Action, done: Sequence[Manifest], place: Place, name: str, words: Words, *, html: bool) -> list[str]:
+def write(done: Done, place: Place, name: str, words: Words, *, html: bool) -> list[str]:
     """Writes all reports under a name; returns their names."""
-    verdicts = [verdict_of(action, one) for one in done]
+    action, manifests, verdicts = done
     text = Kept()
-    show(action, done, text, words, whole=True)
-    lines = check.json_lines(verdicts) if action == "check" else _records(action, done)
+    show(done, text, words, whole=True)
+    lines = check.json_lines(verdicts) if action == "check" else _records(action, manifests)
     reports = {
         "txt": bytes(text.data),
         "jsonl": "".join(f"{line}\n" for line in lines).encode("utf-8", "backslashreplace"),
         "xml": hosts.junit(verdicts, words),
     }
     if html:
-        reports["html"] = page([(verdict_of(action, one), one.findings) for one in done], words)
+        reports["html"] = page([(one, kept.findings) for one, kept in zip(verdicts, manifests, strict=True)], words)
     for form, data in reports.items():
         place.put(f"{name}.{form}", data)
     return [f"{name}.{form}" for form in reports]
@@ -209,8 +218,9 @@ def complete(work: Work, sources: Sequence[str], how: How, words: Words) -> int:
         return 128 + interrupt.signal
     manifests = [done[one.id] for one in captures]
     name = work.action if shard is None else f"{work.action}-{shard[0]}-of-{shard[1]}"
-    reports = write(work.action, manifests, place(work.out), name, words, html=how.html)
-    show(work.action, manifests, out, words, whole=False)
+    of_all = Done(work.action, manifests, [verdict_of(work.action, one) for one in manifests])
+    reports = write(of_all, place(work.out), name, words, html=how.html)
+    show(of_all, out, words, whole=False)
     said = words("fleet.done", files=len(captures), before=len(captures) - len(todo))
     out.text(said + words("fleet.reports", where=work.out, names=words("fleet.then").join(reports)) + "\n")
     if any(one.failed for one in manifests):
