@@ -9,20 +9,26 @@ use crate::world::context::Context;
 /// Maximum deviation of two TIMEs from the time between them: in ns, and as the fraction by which clocks differ.
 const JUMP_NS: Ns = Ns::from_s(1);
 const CLOCK_PART: i64 = 100;
+/// The same over several TIMEs, in ns: a clock may count seconds only.
+const AWAY_NS: Ns = Ns::from_s(2);
 
-/// The last TIME of a bus.
+/// The clock of a bus. Times are in ns since 1984-01-01.
 #[derive(Debug, Default)]
 pub struct Times {
-    /// The last TIME, in ns since 1984-01-01.
+    /// The last TIME.
     last: Option<(When, Ns)>,
+    /// The first one in a row of equal ones, and the first one since a jump: a clock that stands still, or runs at another
+    /// rate, deviates from one TIME to the next by less than is allowed.
+    equal: Option<(When, Ns)>,
+    first: Option<(When, Ns)>,
     /// The TIME before the last jump; if the next one continues from it, only one was wrong.
     before_jump: Option<(When, Ns)>,
 }
 
 impl Times {
-    /// Forgets the last TIME after a silence that was not recorded, or after the capture's clock was set.
+    /// Forgets the clock after a silence that was not recorded, or after the capture's clock was set.
     pub fn paused(&mut self) {
-        self.last = None;
+        (self.last, self.equal, self.first) = (None, None, None);
     }
 
     /// Takes a TIME.
@@ -35,25 +41,29 @@ impl Times {
             return;
         }
         let time = Ns::from_ms(i64::from(days) * i64::from(DAY_MS) + i64::from(ms));
-        let before_jump = self.before_jump.take();
-        let Some((last, before)) = self.last.replace((cx.when, time)) else { return };
+        let (now, before_jump) = ((cx.when, time), self.before_jump.take());
+        let (last, equal, first) = (self.last.replace(now), self.equal, self.first);
+        self.equal = equal.filter(|(_, before)| *before == time).or(self.last);
+        self.first = first.or(self.last);
         let recording = &cx.evidence.recording;
-        let Some(elapsed) = recording.between(last, cx.when).filter(|elapsed| *elapsed >= Ns::ZERO) else { return };
-        let passed = time - before;
-        if !jumps(passed, last, cx.when, recording) {
+        let away =
+            |than: Option<(When, Ns)>, allowed_ns: Ns| than.filter(|than| jumps(*than, now, allowed_ns, recording));
+        let found = away(last, JUMP_NS).or_else(|| away(equal, AWAY_NS)).or_else(|| away(first, AWAY_NS));
+        let Some((since, before)) = found else { return };
+        let Some(elapsed) = recording.between(since, cx.when).filter(|elapsed| *elapsed >= Ns::ZERO) else { return };
+        (self.equal, self.first) = (self.last, self.last);
+        if before_jump.is_some() && away(before_jump, JUMP_NS).is_none() {
             return;
         }
-        if before_jump.is_some_and(|(then, time_then)| !jumps(time - time_then, then, cx.when, recording)) {
-            return;
-        }
-        self.before_jump = Some((last, before));
-        cx.report_timed(cx.verdict(Tim002::Jump { passed, elapsed }, None, None, Some(last.at)));
+        self.before_jump = Some((since, before));
+        cx.report_timed(cx.verdict(Tim002::Jump { passed: time - before, elapsed }, None, None, Some(since.at)));
     }
 }
 
-/// Returns true if two TIMEs certainly deviate from the time between them.
-fn jumps(passed: Ns, since: When, now: When, recording: &Recording) -> bool {
-    let allowance = JUMP_NS + passed.abs() / CLOCK_PART;
-    recording.certainly_later(now, since, passed + allowance)
-        || recording.certainly_within(now, since, passed - allowance)
+/// Returns true if two TIMEs certainly deviate by more from the time between them, beside the difference of clocks.
+fn jumps(then: (When, Ns), now: (When, Ns), allowed_ns: Ns, recording: &Recording) -> bool {
+    let passed = now.1 - then.1;
+    let allowance = allowed_ns + passed.abs() / CLOCK_PART;
+    recording.certainly_later(now.0, then.0, passed + allowance)
+        || recording.certainly_within(now.0, then.0, passed - allowance)
 }

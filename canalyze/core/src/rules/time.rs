@@ -20,11 +20,11 @@ rules! {
         Length { found: Count } "时间报文(TIME)为{found}字节, 应为6字节" "TIME is {found|byte|bytes} long, expected 6";
     }
 
-    /// 两个时间报文之差与记录中经过的时间相差1秒以上。
-    /// The difference of two TIMEs is off by more than one second from the time that passed in the capture.
+    /// 两个时间报文之差与记录中经过的时间相差1秒以上, 或多个报文累计相差2秒以上。
+    /// The difference of two TIMEs is off by more than a second from the time in the capture, that of several by two.
     ///
-    /// 生产者的时钟被校准, 有两个生产者, 或者记录主机的时钟被调整。
-    /// The producer's clock was set, there are two producers, or the clock of the capturing host was changed.
+    /// 生产者的时钟被校准, 停走或走得不准, 有两个生产者, 或者记录主机的时钟被调整。
+    /// The producer's clock was set, stands still or drifts, there are two producers, or the capturing host's clock was set.
     Tim002 "TIM002" "time-jump" Warning "CiA 301 7.2.6" [Time] {
         message "时间报文跳变" "TIME jumps";
         Jump { passed: Ns, elapsed: Ns }
