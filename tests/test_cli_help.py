@@ -87,3 +87,13 @@ def test_decode_starts_light(notes: str, tmp_path: Path, more: list[str]) -> Non
     loaded = {line.rpartition("|")[2].strip().partition(".")[0] for line in done.stderr.decode().splitlines()}
     assert "click" in loaded
     assert not loaded & {"can", "canopen", "rich"}
+
+
+@pytest.mark.parametrize("arguments", [["decode", "no.log"], ["no.log"], ["rules"]])
+def test_a_core_that_is_missing_is_one_line(arguments: list[str]) -> None:
+    """As in a checkout where nothing is installed."""
+    program = "import sys; sys.modules['canalyze._core'] = None; from canalyze.cli import main; sys.exit(main())"
+    done = subprocess.run([sys.executable, "-c", program, "--lang", "en", *arguments], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.startswith("canalyze: the compiled core is missing (")
+    assert done.stderr.count("\n") == 1
