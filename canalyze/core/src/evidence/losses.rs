@@ -76,6 +76,7 @@ const EXPLAINED: &[(Code, Needs)] = &[
     (Code::Sdo015, Needs::One),
     (Code::Sdo019, Needs::One),
     (Code::Sdo024, Needs::One),
+    (Code::Sdo026, Needs::One),
     (Code::Lss002, Needs::One),
     (Code::Lss003, Needs::One),
     (Code::Lss009, Needs::One),

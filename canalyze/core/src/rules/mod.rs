@@ -249,7 +249,7 @@ codes! {
     pdo: Pdo001 Pdo002 Pdo003 Pdo004 Pdo005 Pdo006 Pdo008 Pdo009 Pdo010 Pdo011 Pdo012 Pdo013 Pdo014 Pdo015 Pdo016
         Pdo018 Pdo019 Pdo020 Pdo021 Pdo022 Pdo023;
     sdo: Sdo001 Sdo002 Sdo003 Sdo004 Sdo005 Sdo006 Sdo007 Sdo008 Sdo009 Sdo010 Sdo011 Sdo012 Sdo013 Sdo014 Sdo015
-        Sdo016 Sdo017 Sdo018 Sdo019 Sdo020 Sdo021 Sdo022 Sdo023 Sdo024 Sdo025 Sdo030 Sdo031 Sdo032;
+        Sdo016 Sdo017 Sdo018 Sdo019 Sdo020 Sdo021 Sdo022 Sdo023 Sdo024 Sdo025 Sdo026 Sdo030 Sdo031 Sdo032;
     srdo: Srd001 Srd002 Srd003 Srd004 Srd005;
     sync: Syn001 Syn002 Syn003 Syn004 Syn005 Syn006 Syn007 Syn008 Syn009 Syn010 Syn011 Syn012 Syn013 Syn014;
     time: Tim001 Tim002;

@@ -308,6 +308,16 @@ rules! {
         One { segment: Count } "第{segment}段须重发" "segment {segment} requested again";
     }
 
+    /// 服务器已响应, 轮到客户端继续传输或中止, 但直到记录结束它都没有再发。
+    /// The server has answered, and the client owes the next request or an abort, but sends neither until the capture ends.
+    ///
+    /// 客户端程序退出或崩溃, 或者放弃传输时没有发送中止; 服务器会一直停在这个传输里。
+    /// The client's program has ended or crashed, or gives up without an abort; the server stays in the transfer.
+    Sdo026 "SDO026" "abandoned-transfer" Warning "CiA 301 7.2.4.1" [Sdo] {
+        message "客户端放弃传输而没有中止" "the client leaves its transfer without an abort";
+        Left { idle: Ns } "客户端{idle}没有继续传输, 也没有中止" "the client has neither gone on for {idle} nor aborted";
+    }
+
     /// 这些COB-ID上没有出现过一对有效的请求和响应, 因此不对它们作SDO判断。
     /// No valid pair of request and response was seen on these COB-IDs, so they are not judged as SDO.
     ///

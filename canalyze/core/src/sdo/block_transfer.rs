@@ -496,6 +496,12 @@ impl SdoChannel {
         }
     }
 
+    /// Returns true if the client is the next to send in a block transfer.
+    pub(super) fn is_block_left(&self, block: &Block) -> bool {
+        let acknowledges = block.marks.complete.is_some() && block.owes_ack();
+        block.end.is_none() && if self.is_upload() { acknowledges || !block.started } else { !acknowledges }
+    }
+
     /// Reports a segment out of sequence before an abort.
     pub(super) fn judge_aborted_block(&mut self, cx: &mut Context<'_>) {
         if let Some((what, at)) = self.block().and_then(Block::wrong) {

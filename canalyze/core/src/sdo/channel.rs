@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::exchange::{expedited, lacks_data};
-use super::limits::{UNANSWERED_NS, within};
+use super::limits::{LEFT_NS, UNANSWERED_NS, within};
 use super::phase::{Half, Phase, Segments, strict_initiate};
 use super::state::{GivenUpWrite, History, Hypotheses, Proof, SdoChannel, Sequence, Server, Verdicts};
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
@@ -14,7 +14,7 @@ use super::wire::{self, Command, Mux, Side};
 use crate::bytes::frame::{BusId, CanId, Frame, FrameRef};
 use crate::bytes::ns::Ns;
 use crate::evidence::duplicates::Sighting;
-use crate::rules::sdo::{Sdo002, Sdo007};
+use crate::rules::sdo::{Sdo002, Sdo007, Sdo026};
 use crate::words::profiles::Profile;
 use crate::world::context::{Chunk, Context};
 use crate::world::dictionary::{Described, Dictionary};
@@ -513,6 +513,7 @@ impl SdoChannel {
             let last = self.transfer.as_ref().map_or(cx.at, |transfer| transfer.last);
             self.find(Sdo007::NoLast, last, cx);
         }
+        self.judge_left_transfer(cx);
         let nameless = !self.proof.trusted && !self.pending().is_some_and(|pending| strict_initiate(&pending));
         if nameless {
             self.transfer = None;
@@ -523,6 +524,23 @@ impl SdoChannel {
         self.report_distrust(cx.at.t_ns, cx);
         if self.is_sdo() == Some(true) {
             self.list_withheld(cx);
+        }
+    }
+
+    /// Reports a transfer in which the client is the next to send, and has not for long.
+    fn judge_left_transfer(&mut self, cx: &mut Context<'_>) {
+        let Some(transfer) = self.transfer.as_ref().filter(|transfer| transfer.mux.is_some() && !transfer.data.hole)
+        else {
+            return;
+        };
+        let owes = match &self.phase {
+            Phase::Segments(segments) => segments.asked.is_none() && !self.all_bytes_without_last(),
+            Phase::Block(block, None) => self.is_block_left(block),
+            _ => false,
+        };
+        let last = transfer.last;
+        if let Some(idle) = cx.at.since(last).filter(|idle| owes && *idle > LEFT_NS) {
+            self.find(Sdo026::Left { idle }, last, cx);
         }
     }
 }

@@ -12,6 +12,9 @@ pub const SHORTEST_TIMEOUT_NS: Ns = Ns::from_ms(300);
 /// Time after which a client that goes on has given up waiting, in ns.
 pub const GIVEN_UP_NS: Ns = Ns::from_ms(20);
 
+/// Time after which a client that neither goes on with its transfer nor aborts it has left it, in ns; CiA 301 sets no limit.
+pub const LEFT_NS: Ns = Ns::from_s(5);
+
 /// Response time that is nearly too late, in ns: clients wait for 1 s or less.
 pub const LATE_NS: Ns = Ns::from_ms(900);
 /// Multiple of a server's longest response time that it does not exceed.
