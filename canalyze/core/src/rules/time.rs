@@ -24,7 +24,7 @@ rules! {
     /// The difference of two TIMEs is off by more than a second from the time in the capture, that of several by two.
     ///
     /// 生产者的时钟被校准, 停走或走得不准, 有两个生产者, 或者记录主机的时钟被调整。
-    /// The producer's clock was set, stands still or drifts, there are two producers, or the capturing host's clock was set.
+    /// The producer's clock was set, stops or drifts, there are two producers, or the capturing host's clock was set.
     Tim002 "TIM002" "time-jump" Warning "CiA 301 7.2.6" [Time] {
         message "时间报文跳变" "TIME jumps";
         Jump { passed: Ns, elapsed: Ns }
