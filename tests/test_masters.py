@@ -94,7 +94,9 @@ def waiting(
     if heartbeat:
         net.live(SLAVE, period=PERIOD, seconds=14 - (net.now - begin), states=((0, 5 if runs else 0x7F),))
     elif runs:
-        net.cyclic(0x180 + SLAVE, period=8 / pdos, payloads=[bytes([at % 251]) for at in range(pdos)])
+        net.cyclic(
+            0x180 + SLAVE, period=(14 - (net.now - begin)) / pdos, payloads=[bytes([at % 251]) for at in range(pdos)]
+        )
     return net.frames()
 
 
@@ -162,3 +164,43 @@ def test_a_node_that_restarts_and_is_not_heard_any_more(boots: int) -> None:
         net.boot(SLAVE).live(SLAVE, period=PERIOD, seconds=1.4, states=((0, 0x7F),))
     said = diagnosed(log_text(net.frames()))
     assert [one["subject"]["node"] for one in said.incidents if one["status"] == "open"] == [SLAVE]
+
+
+def switched_on(*, heartbeats: bool, configures: bool, deaf: int | None = None, command: int = RESET) -> Frames:
+    """All are switched on together, the master not first; then it resets all, configures and starts them.
+
+    deaf: a slave that does not obey, as the master does not.
+    """
+    net = Network().boot(6, MASTER, 7, 8)
+    start = net.now
+    beats(net, dict.fromkeys((6, 7, 8), 1.0) | ({MASTER: 12.0} if heartbeats else {}))
+    net.now = start + 1.05
+    net.nmt(command)
+    obeying = [node for node in (6, 7, 8) if node != deaf]
+    net.wait(0.3).boot(*obeying)
+    for node in obeying if configures else ():
+        net.write(node, 0x1017, 0, round(PERIOD * 1000), 2)
+    net.wait(0.1).nmt(START)
+    again = net.now + 0.01
+    for node in obeying:
+        net.now = again + node * 0.001
+        net.live(node, period=PERIOD, seconds=12.0 - (again - start), states=((0, 5),))
+    if deaf is not None:
+        net.now = start + 1.1
+        net.live(deaf, period=PERIOD, seconds=10.9, states=((0, 5),))
+    return net.frames()
+
+
+@pytest.mark.parametrize("command", [RESET, RESET_COMMUNICATION])
+@pytest.mark.parametrize(("heartbeats", "configures"), [(True, True), (True, False), (False, True)])
+def test_a_master_that_is_switched_on_with_its_slaves(command: int, *, heartbeats: bool, configures: bool) -> None:
+    assert not problems(switched_on(heartbeats=heartbeats, configures=configures, command=command))
+
+
+def test_of_two_that_do_not_obey_one_is_no_master() -> None:
+    assert ("no-boot-up", 7) in problems(switched_on(heartbeats=True, configures=False, deaf=7))
+
+
+def test_a_node_that_is_gone_behind_a_reset() -> None:
+    """Nobody is configured, so nothing shows that it is the master."""
+    assert problems(switched_on(heartbeats=False, configures=False)) == [("no-boot-up", MASTER)]

@@ -474,10 +474,17 @@ impl Nmt {
             longer => longer.max(BOOT_NS),
         };
         for (node, owed) in self.boot_ups.overdue(cx.when, &cx.evidence.recording, limit_ns) {
+            let others =
+                || self.nodes.iter().filter(|(id, other)| *id != node && other.present).map(|(_, other)| other);
+            let alone = !others().any(|other| other.goes_on_unmanaged(owed.since.at));
+            let left_out = others().count() > 1 && others().all(|other| other.asked);
             let Some(node_state) = self.nodes.get_mut(node) else { continue };
             let heard = node_state.heard.is_some_and(|heard| heard.no > owed.since.at.no);
             // The master does not reset itself; and if no node reports its state, boot-ups are not recorded.
-            if heard && (node_state.may_be_master() || !self.shows_states) {
+            let goes_on = alone && node_state.goes_on_unmanaged(owed.since.at);
+            if heard && (node_state.may_be_master() || goes_on || !self.shows_states)
+                || left_out && node_state.has_only_booted()
+            {
                 continue;
             }
             if let Some(command) = node_state.command.as_mut().filter(|command| command.state == 0) {

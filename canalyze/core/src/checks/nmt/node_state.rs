@@ -225,6 +225,17 @@ impl NodeState {
         !self.managed && (self.boots.last.is_none() || self.first)
     }
 
+    /// Returns true if the node, which nobody manages, has gone on after a reset: of several such nodes one may be the master.
+    pub(super) fn goes_on_unmanaged(&self, reset: FrameRef) -> bool {
+        !self.managed && self.reset.awaited && self.heard.is_some_and(|heard| heard.no > reset.no)
+    }
+
+    /// Returns true if the node has sent nothing but its boot-up, and nobody asks or manages it: it may be a master without
+    /// heartbeats.
+    pub(super) fn has_only_booted(&self) -> bool {
+        !self.managed && !self.asked && self.heard.is_some() && self.heard == self.boots.last
+    }
+
     /// Returns the time in ns after which a reset must be followed by a boot-up; `None` if one came just before it and
     /// may be its answer. A possible master goes on instead and is heard by its next heartbeats.
     pub(super) fn owes_boot_up(&self, cx: &Context<'_>) -> Option<Ns> {
