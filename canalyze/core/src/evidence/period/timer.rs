@@ -1,7 +1,8 @@
 //! The longest time that a sender waits although nothing changes: an event timer that nobody has named.
 //!
 //! A sender that only reports changes does not repeat what it has said. If it does, always after the same time, and
-//! never waits for longer, then a timer makes it send.
+//! never waits for longer, then a timer makes it send. So it does if many frames in a row come after the same time, whatever
+//! they say.
 
 use crate::bytes::ns::Ns;
 
@@ -10,12 +11,17 @@ const EVEN_PART: i64 = 16;
 /// Number of unchanged frames after the longest gap that show a timer.
 const SHOWN: u32 = 10;
 
+/// Number of frames in a row, all of which may be changed, after gaps of that length that show one.
+const EVEN: u32 = 40;
+
 /// A timer that is being learnt.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Timer {
     longest_ns: Ns,
     /// Number of unchanged frames after a gap of that length.
     reached: u32,
+    /// Number of frames in a row after a gap of that length, whatever they say.
+    even: u32,
 }
 
 impl Timer {
@@ -23,15 +29,16 @@ impl Timer {
     pub fn take(&mut self, gap_ns: Ns, unchanged: bool) {
         let room_ns = self.longest_ns / EVEN_PART;
         if gap_ns > self.longest_ns + room_ns {
-            (self.longest_ns, self.reached) = (gap_ns, 0);
+            (self.longest_ns, self.reached, self.even) = (gap_ns, 0, 0);
         }
         let reaches = gap_ns > Ns::ZERO && gap_ns >= self.longest_ns - room_ns;
         self.reached = self.reached.saturating_add(u32::from(unchanged && reaches));
+        self.even = if reaches { self.even.saturating_add(1) } else { 0 };
     }
 
     /// Returns the time in ns, once it is shown.
     pub fn ns(&self) -> Option<Ns> {
-        (self.reached >= SHOWN).then_some(self.longest_ns)
+        (self.reached >= SHOWN || self.even >= EVEN).then_some(self.longest_ns)
     }
 }
 
@@ -52,8 +59,11 @@ mod tests {
     }
 
     #[test]
-    fn changes_alone_show_none() {
-        assert_eq!(taught(&[(200, false); 100]), None);
+    fn few_changes_show_none() {
+        assert_eq!(taught(&[(200, false); 40]), None);
+        assert_eq!(taught(&[(200, false); 41]), Some(200));
+        let uneven: Vec<_> = (0..400).map(|at| (200 - at % 40, false)).collect();
+        assert_eq!(taught(&uneven), None);
         assert_eq!(taught(&[(200, true); 9]), None);
     }
 

@@ -21,14 +21,16 @@ use crate::world::event::ProcessData;
 /// Number of SYNC cycles in a row with the PDO after which it is expected in each, and without it after which it has
 /// stopped.
 const CYCLES: u32 = 20;
-/// Number of cycles with the data of the one before, or of cycles in all, from which it is not sent by changes.
+/// Number of cycles with the data of the one before, or of cycles in all, after which it is not sent by changes.
 const UNCHANGED: u32 = 10;
-const MANY: u32 = 10 * CYCLES;
+const MANY: u32 = 3 * CYCLES;
 /// Number of even gaps in a row that a sender by time makes, the part of a gap by which even ones differ at most, and the
 /// number of heartbeats of the node, each so many gaps later, without the RPDO.
 const EVEN: u32 = 50;
 const EVEN_PART: i64 = 4;
 const LATE: u32 = 3;
+/// Number of cycles in which a node that was away may send its PDO again after its first frame.
+const BACK: u32 = 5;
 /// Number of SYNC cycles in a row with two different frames, each as in the cycle before, that two senders make.
 const TWICE: u32 = 10;
 /// Maximum number of PDOs that are followed.
@@ -69,6 +71,8 @@ struct Cyclic {
     same: u32,
     without: u32,
     twice: u32,
+    /// Number of cycles since the node was heard without it.
+    alone: u32,
     /// Mean time between the last frames, in ns, the number of gaps in a row like it, and the number of heartbeats of the node
     /// since they have stopped.
     gap_ns: Ns,
@@ -185,6 +189,8 @@ impl Pdos {
             } else {
                 (one.with, one.same, one.without) = (0, 0, one.without.saturating_add(1));
             }
+            let here = scene.heard.last(node).is_some_and(|last| last.no > one.last.no);
+            one.alone = if here { one.alone.saturating_add(1) } else { 0 };
             one.frames = 0;
             if one.expected && one.twice >= TWICE && one.shared.is_none() && !transmit {
                 one.shared = scene.ledger.open(ProblemKind::SharedCobId, scene.id, subject, one.last, one.last);
@@ -192,13 +198,18 @@ impl Pdos {
                     problem.fact("alternates", Quantity::Count(2));
                 }
             }
-            let runs = scene.bus.state(node) == Some(OPERATIONAL);
-            if one.expected && one.without == CYCLES && one.stopped.is_none() && runs {
+            let stops = match transmit {
+                true => one.without >= CYCLES && one.alone >= BACK,
+                false => one.without == CYCLES,
+            };
+            if one.expected
+                && stops
+                && one.stopped.is_none()
+                && scene.bus.state(node) == Some(OPERATIONAL)
+                && (!transmit || is_unknown(node, number, scene))
+            {
                 let kind = if transmit { ProblemKind::PdoMissing } else { ProblemKind::RpdoStopped };
-                let here = scene.heard.last(node).is_some_and(|last| last.no > one.last.no);
-                if !transmit || here && is_unknown(node, number, scene) {
-                    one.stopped = scene.ledger.open(kind, scene.id, subject, one.last, scene.at);
-                }
+                one.stopped = scene.ledger.open(kind, scene.id, subject, one.last, scene.at);
             }
         }
     }

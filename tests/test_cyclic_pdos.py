@@ -1,0 +1,72 @@
+"""TPDOs of which nobody says when they are sent, and that stop: sent with SYNC, or by a timer. And those that may stop.
+
+Each over cycles, over periods of the node's heartbeats, which come at another time behind the last TPDO each, and over
+the number of frames before.
+"""
+
+from __future__ import annotations
+
+import pytest
+from diagnoses import diagnosed
+from test_neighbouring_verdicts import Frames, beats, log, statuses
+
+LENGTH = 12.0
+
+
+def missing(*frames: Frames) -> list[str]:
+    """The statuses of problems of PDOs that are missing."""
+    return [status for kind, status in statuses(diagnosed(log(*frames))) if kind == "pdo-missing"]
+
+
+def syncs(cycle: float) -> Frames:
+    return [(place * cycle, "080#") for place in range(int(LENGTH / cycle))]
+
+
+def tpdo(node: int, gap: float, count: int, start: float = 0.0, *, changes: bool) -> Frames:
+    """Frames of TPDO1 at even times, but for a few 100 µs."""
+    rows: Frames = []
+    for place in range(count):
+        data = place * 7919 % 65536 if changes else 0x1234
+        rows.append((start + place * gap + place * 37 % 11 / 50_000, f"{0x180 + node:03X}#{data:04X}"))
+    return rows
+
+
+@pytest.mark.parametrize("cycle", [0.005, 0.02])
+@pytest.mark.parametrize("heartbeat", [0.1, 0.45, 1.0, 3.0])
+@pytest.mark.parametrize("count", [70, 150, 300])
+@pytest.mark.parametrize("changes", [False, True])
+def test_one_with_sync(cycle: float, heartbeat: float, count: int, changes: bool) -> None:
+    others = (syncs(cycle), tpdo(6, cycle, int(LENGTH / cycle), 0.0012, changes=True))
+    alive = (beats(5, heartbeat, LENGTH, start=0.003), beats(6, heartbeat, LENGTH, start=0.004))
+    assert missing(*others, *alive, tpdo(5, cycle, count, 0.001, changes=changes)) == ["open"]
+    # It comes again in time.
+    again = tpdo(5, cycle, int(LENGTH / cycle) - count - 10, 0.001 + (count + 10) * cycle, changes=changes)
+    assert not missing(*others, *alive, tpdo(5, cycle, count, 0.001, changes=changes), again)
+
+
+@pytest.mark.parametrize("gap", [0.03, 0.1])
+@pytest.mark.parametrize("heartbeat", [None, 0.5, 2.0])
+@pytest.mark.parametrize("count", [45, 100])
+def test_one_by_a_timer(gap: float, heartbeat: float | None, count: int) -> None:
+    alive = beats(5, heartbeat, LENGTH, start=0.013) if heartbeat else []
+    others = (beats(1, 0.5, LENGTH), tpdo(6, gap, int(LENGTH / gap), changes=True))
+    assert missing(*others, alive, tpdo(5, gap, count, changes=True)) == ["open"]
+    # At uneven times, or too few times, changes may have made it.
+    uneven = [
+        (at + place * 37 % 11 * gap / 30, data) for place, (at, data) in enumerate(tpdo(5, gap, count, changes=True))
+    ]
+    assert not missing(*others, alive, uneven)
+    assert not missing(*others, alive, tpdo(5, gap, 20, changes=True))
+
+
+@pytest.mark.parametrize("away", [0.3, 1.5, 4.0])
+@pytest.mark.parametrize("first", [0.0, 0.015])
+def test_a_node_that_comes_back(away: float, first: float) -> None:
+    """Its first frame may be a heartbeat: that it is away is said, and not that it sends no TPDO."""
+    back = 4.0 + away
+    node = beats(5, 0.1, 4.0, start=0.003) + beats(5, 0.1, LENGTH, start=back)
+    pdos = tpdo(5, 0.02, 200, 0.001, changes=True) + tpdo(
+        5, 0.02, int((LENGTH - back) / 0.02), back + first, changes=True
+    )
+    others = (syncs(0.02), tpdo(6, 0.02, 600, 0.0012, changes=True), beats(6, 0.1, LENGTH))
+    assert not missing(*others, node, pdos)
