@@ -137,6 +137,11 @@ impl SdoChannel {
         self.server.profile = profile;
     }
 
+    /// Takes whether it is the default channel of a node that reports its state, so that its CAN-IDs are those of SDO.
+    pub fn is_of_node(&mut self, of_node: bool) {
+        self.proof.of_node |= of_node;
+    }
+
     pub(super) fn described(&self, mux: Option<Mux>) -> Described {
         let of = |description: &Arc<Dictionary>, mux: Mux| description.get(mux.index, mux.sub).cloned();
         let object = mux.and_then(|mux| of(self.server.description.as_ref()?, mux));
@@ -480,7 +485,7 @@ impl SdoChannel {
     /// Resets the proof after a gap: as at the capture's start, block data look like commands until an exchange shows
     /// the channel's state.
     fn restart(&mut self) {
-        self.proof = Proof { proven: self.proof.proven, ..Proof::default() };
+        self.proof = Proof { proven: self.proof.proven, of_node: self.proof.of_node, ..Proof::default() };
         self.verdicts.withheld.clear();
     }
 
@@ -523,6 +528,10 @@ impl SdoChannel {
         self.find_refused(cx);
         self.report_distrust(cx.at.t_ns, cx);
         if self.is_sdo() == Some(true) {
+            let both = self.proof.requests > 0 && self.proof.responses > 0;
+            if self.proof.of_node && both && !self.verdicts.scanned {
+                self.report_withheld(cx);
+            }
             self.list_withheld(cx);
         }
     }

@@ -99,6 +99,12 @@ impl Proof {
         self.given_up == 0 && answered > 0 && 2 * answered + 1 >= self.plausible
     }
 
+    /// Returns true if a node that reports its state is asked by requests that are unmistakable but for their length: its
+    /// CAN-IDs are those of SDO, whatever it answers.
+    fn asks_node(&self) -> bool {
+        self.of_node && self.plausible > 0 && self.plausible * PART > self.requests * 3
+    }
+
     /// Returns true if the channel's first frame is an unmistakable request, so that its flaws and those of its answer
     /// count.
     pub(super) fn is_first_exchange(&self) -> bool {
@@ -111,10 +117,15 @@ impl SdoChannel {
         (self.proof.trusted, self.proof.proven, self.proof.begun) = (true, true, true);
         cx.evidence.services.prove(self.server.node);
         cx.evidence.recording.shows_answer_of(self.server.node);
+        self.report_withheld(cx);
+        self.list_withheld(cx);
+    }
+
+    /// Reports what was withheld.
+    pub(super) fn report_withheld(&mut self, cx: &mut Context<'_>) {
         for finding in std::mem::take(&mut self.verdicts.withheld) {
             cx.emit(finding);
         }
-        self.list_withheld(cx);
     }
 
     /// Returns true if the traffic is too unlike SDO to form transfers.
@@ -133,7 +144,8 @@ impl SdoChannel {
         let Proof { usual, odd, .. } = self.proof;
         let frames = self.frames();
         let most = if frames < PART { 0 } else { frames * 3 / PART };
-        if self.proof.proven || self.proof.paired && !self.is_strange() || usual > most {
+        let paired = self.proof.paired && !self.is_strange();
+        if self.proof.proven || paired || usual > most || self.proof.asks_node() {
             return Some(true);
         }
         (odd > frames / ODD || self.is_strange()).then_some(false)
@@ -144,7 +156,8 @@ impl SdoChannel {
     fn is_strange(&self) -> bool {
         let Proof { strange, plausible, responses, .. } = self.proof;
         let in_vain = responses > 0 && plausible >= IN_VAIN;
-        !self.proof.proven && self.frames() >= FEW && (in_vain || strange > self.frames() / ODD)
+        let unlike = self.frames() >= FEW && (in_vain || strange > self.frames() / ODD);
+        unlike && !self.proof.proven && !self.proof.asks_node()
     }
 
     /// Returns true if the channel is known to be SDO before the capture's end: by an exchange, or because all its

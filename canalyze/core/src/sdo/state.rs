@@ -154,6 +154,8 @@ pub(super) struct Proof {
     pub(super) given_up: u64,
     /// Answers of another server are in the capture.
     pub(super) others_answer: bool,
+    /// It is the default channel of a node that reports its state.
+    pub(super) of_node: bool,
     pub(super) first: Option<FrameRef>,
     pub(super) last: FrameRef,
 }

@@ -330,6 +330,7 @@ impl Bus {
         });
         let profile = self.nodes.get(node).map_or(Profile::UNKNOWN, Node::profile);
         channel.follows(profile);
+        channel.is_of_node(key.1.is_none() && self.checks.nodes.state(node).is_some());
         let before = cx.events.len();
         channel.asked_in_vain(key.1.is_none().then(|| self.checks.nodes.asked_in_vain(node)).flatten());
         channel.step(side, frame, next.as_ref(), cx);
