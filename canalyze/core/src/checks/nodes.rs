@@ -402,6 +402,11 @@ impl Nodes {
         }
     }
 
+    /// Expects nodes with heartbeats behind lost frames, which are forgotten next.
+    pub fn expect_again(&mut self) {
+        self.heartbeats.expect_again();
+    }
+
     /// Forgets what was open after lost frames.
     pub fn lost(&mut self, cx: &mut Context<'_>) {
         self.nmt.forget();

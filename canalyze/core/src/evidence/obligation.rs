@@ -67,6 +67,11 @@ impl<K: Ord + Copy> Obligations<K> {
         self.open.remove(&key)
     }
 
+    /// Restarts the obligations from before lost frames at the next frame.
+    pub fn restart(&mut self) {
+        self.next_ns = Ns::MIN;
+    }
+
     /// Restarts all obligations at `now`.
     pub fn renew(&mut self, now: When) {
         self.open.values_mut().for_each(|owed| owed.since = now);

@@ -331,10 +331,10 @@ impl Decoding {
         }
     }
 
-    /// Frames of a bus are missing here, behind the frame `last`.
-    pub(super) fn lost(&mut self, bus: BusId, last: FrameRef, buses: &Buses) {
+    /// Frames of a bus are missing here, behind the frame `last`. `goes_on`: the recording is the same on both sides.
+    pub(super) fn lost(&mut self, (bus, goes_on): (BusId, bool), last: FrameRef, buses: &Buses) {
         let from = self.events.len();
-        self.on_bus(bus, buses, None, |recording| recording.at(last), |bus, cx| bus.lost_frames(cx));
+        self.on_bus(bus, buses, None, |recording| recording.at(last), |bus, cx| bus.lost_frames(goes_on, cx));
         if let Some(verification) = &mut self.verification {
             verification.asides(&mut self.events, from, buses);
             verification.lost(bus, buses);
@@ -349,7 +349,7 @@ impl Decoding {
     /// Frames of any bus are missing here.
     pub(super) fn all_lost(&mut self, last: FrameRef, buses: &Buses) {
         for index in 0..self.state.len() {
-            self.lost(BusId(index as u8), last, buses);
+            self.lost((BusId(index as u8), false), last, buses);
         }
     }
 

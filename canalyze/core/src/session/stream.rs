@@ -188,7 +188,7 @@ impl Stream {
         let before = if holed || stepped { held.unwrap_or_else(|| self.capture.before(frame.bus)) } else { None };
         if holed && let Some(before) = before {
             self.sinks.take(out, &self.capture.view(buses), Notice::Gap(frame.bus, false));
-            self.decoding.lost(frame.bus, before, buses);
+            self.decoding.lost((frame.bus, true), before, buses);
             self.aside(buses, out);
         }
         let judged = self.decoding.judged(frame, seen);
@@ -267,7 +267,7 @@ impl Stream {
         }
         if let Marker::Dropped { bus, count, .. } = marker {
             self.tally.dropped(bus, count);
-            self.decoding.lost(bus, self.capture.last, buses);
+            self.decoding.lost((bus, true), self.capture.last, buses);
         }
         if let Marker::LeftOut { .. } = marker {
             self.decoding.all_lost(self.capture.last, buses);
@@ -285,7 +285,7 @@ impl Stream {
     pub(super) fn gap(&mut self, (bus, away): (BusId, bool), buses: &Buses, out: &mut Vec<u8>) {
         self.sinks.take(out, &self.capture.view(buses), Notice::Gap(bus, away));
         self.capture.gap();
-        self.decoding.lost(bus, self.capture.last, buses);
+        self.decoding.lost((bus, false), self.capture.last, buses);
         self.aside(buses, out);
     }
 

@@ -556,7 +556,11 @@ impl Bus {
     }
 
     /// Closes what was open on all nodes after lost frames.
-    pub fn lost_frames(&mut self, cx: &mut Context<'_>) {
+    /// `goes_on`: the recording is the same on both sides, so that its nodes are expected again.
+    pub fn lost_frames(&mut self, goes_on: bool, cx: &mut Context<'_>) {
+        if goes_on {
+            self.checks.nodes.expect_again();
+        }
         self.lost(None, Interruption::LostFrames, cx);
     }
 

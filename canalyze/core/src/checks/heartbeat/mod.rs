@@ -118,6 +118,8 @@ pub struct Heartbeats {
     reported_ns: Option<Ns>,
     /// The nodes that each node monitors by 1016h, and the times in ns.
     consumed: BTreeMap<u8, Vec<(usize, Ns)>>,
+    /// Producers that are expected behind lost frames, and within which time in ns.
+    again: Vec<(u8, Ns)>,
     /// Nodes whose entry in `consumed` is outdated.
     stale: BTreeSet<u8>,
 }
@@ -427,9 +429,20 @@ impl Heartbeats {
         cx.evidence.pending.lost(node, cx.at);
     }
 
+    /// Expects the producers behind lost frames, which are forgotten next: a node that was heard before and is not behind
+    /// them is lost, too. It may have booted where frames are missing.
+    pub fn expect_again(&mut self) {
+        let limit_ns = |one: &Producer| Some(one.last.and(one.limit())?.max(one.expected()? * GUESSED).max(GUESSED_NS));
+        self.again = self.producers.iter().filter_map(|(id, one)| Some((id, limit_ns(one)?))).collect();
+    }
+
     /// Stops monitoring after lost frames, until the next heartbeats.
     pub fn forget(&mut self, cx: &mut Context<'_>) {
         self.pause(0, cx);
+        for (node, limit_ns) in std::mem::take(&mut self.again) {
+            self.owed.open(node, Owed { since: cx.when, limit_ns, why: None });
+        }
+        self.owed.restart();
     }
 
     /// Reports heartbeats missing at the last frame of the capture.
