@@ -1,7 +1,7 @@
 //! The rules of cause, one in each row; the first match applies.
 //!
 //! A rule compares two problems of one bus and the facts known at their beginning. Its number appears as `cause` in
-//! machine output (L1 to L40); L0 is a cause that a finding names itself.
+//! machine output (L1 to L41); L0 is a cause that a finding names itself.
 
 use std::ops::RangeInclusive;
 
@@ -24,6 +24,8 @@ const SUPPLY_NS: Ns = Ns::from_ms(200);
 pub(super) const PERIODS: i64 = 5;
 /// Producer heartbeat time (CiA 301, 7.5.2.19).
 const PRODUCER_TIME: u16 = 0x1017;
+/// The emergency of a drive whose control is not in step with SYNC.
+const SYNC_CONTROLLER: u16 = 0x8700;
 /// Number of SYNC periods within which consumers report its loss.
 const SYNCS: i64 = 30;
 
@@ -75,6 +77,7 @@ const RULES: &[CauseRule] = &[
     (37, sent_nothing),
     (39, restarted_meanwhile),
     (38, targets_with_sync),
+    (41, unsteady_sync_reported),
     (23, no_edge),
     (8, announced),
     (22, cause_stands),
@@ -510,6 +513,13 @@ fn targets_with_sync(pair: &Pair<'_>) -> Option<(Grade, Ns)> {
     let follows = targets && (cause.kind.is(KindRole::UnsteadySync) || cause.kind.is(KindRole::NoSync));
     let period = effect.ns("period").unwrap_or(Ns::ZERO);
     (follows && delay >= period * (-PERIODS)).then_some((Grade::Likely, delay.abs()))
+}
+
+/// L41: a drive reports that its control does not keep up with an unsteady SYNC (CiA 402, 8700h).
+fn unsteady_sync_reported(pair: &Pair<'_>) -> Option<(Grade, Ns)> {
+    let unsteady = pair.cause.kind.is(KindRole::UnsteadySync) && !pair.effect.kind.is(KindRole::UnsteadySync);
+    let reported = pair.effect.clue.reported.contains(&SYNC_CONTROLLER);
+    (unsteady && reported && pair.delay >= Ns::ZERO).then_some((Grade::Likely, pair.delay))
 }
 
 /// L23: a fault reset needs a rising edge.

@@ -68,8 +68,9 @@ pub struct Sync {
     activity: Activity,
     /// The period before the last reported change, in ns, and the frame of the change.
     changed: Option<(Ns, FrameRef)>,
-    /// The frame at which SYNCs were reported as unsteady, while they are.
+    /// The frame at which SYNCs were reported as unsteady, while they are, and the last period, in ns.
     unsteady: Option<FrameRef>,
+    last_ns: Option<Ns>,
     /// The frame at which the end of SYNC was reported, and the last SYNC before it.
     end: Option<(FrameRef, u64)>,
     /// The last cycle before which a node was lost, and the frame that shows it: it may be the producer.
@@ -286,6 +287,7 @@ impl Sync {
             self.report_irregular(one, cx);
         }
         self.unsteady = self.unsteady.filter(|_| self.period.is_unsteady());
+        self.last_ns = self.period.period_ns().or(self.last_ns);
         self.end = self.end.filter(|(_, cycle)| self.cycle() <= cycle + RETURNED);
         if self.cycle() == 1 {
             self.window.first_sync(cx);
@@ -369,7 +371,7 @@ impl Sync {
 
     /// Returns the time without SYNC after which it counts as stopped, in ns.
     fn end_ns(&self) -> Ns {
-        self.period.period_ns().map_or(SILENT_NS, |period| (period * SILENT_PERIODS).max(SILENT_NS))
+        self.last_ns.map_or(SILENT_NS, |period| (period * SILENT_PERIODS).max(SILENT_NS))
     }
 
     /// Reports that SYNC has stopped although a node is Operational and the bus alive.
@@ -379,7 +381,7 @@ impl Sync {
         if intended || self.producer.ended || !cx.evidence.recording.teaches(cx.when) {
             return;
         }
-        let (Some(last), Some(period)) = (self.period.sync(self.cycle()), self.period.period_ns()) else { return };
+        let (Some(last), Some(period)) = (self.period.sync(self.cycle()), self.last_ns) else { return };
         let limit = self.end_ns();
         let active_ns = cx.at.t_ns.map_or(Ns::ZERO, |now| now - self.activity.since_ns);
         let pauses = self.is_silent(cx.at) && active_ns <= period * GOES_ON;

@@ -149,7 +149,9 @@ impl RuleProblems {
             let in_gap = |gap| one.began_within(finding.at, gap) || one.ended_within(finding.at, gap);
             let concerns = node == subject.node || subject.node.is_some_and(|node| one.subject.concerns(node));
             let first = outage.contains(&true) && concerns && gap_ns.is_some_and(in_gap);
-            same && soon || second || first || owed || of_kind(is_sdo) || of_kind(is_sync) || explained
+            // A SYNC that was unsteady and stops is another problem.
+            let stops = kind.is(KindRole::NoSync) && !other.is(KindRole::NoSync);
+            same && soon || second || first || owed || of_kind(is_sdo) || of_kind(is_sync) && !stops || explained
         });
         // It was there all along: the client did not wait for its response.
         let late = |one: &Problem| {
