@@ -515,8 +515,8 @@ impl SyncPeriod {
         self.second.extra = if again { self.second.extra.saturating_add(1) } else { 1 };
         self.second.cycle = cycle;
         let (short, long) = (gap.min(before_ns), gap.max(before_ns));
-        // Even gaps are another period, not two producers.
-        if self.second.extra < EXTRA || long - short <= period / 16 {
+        // Even gaps are another period, not two producers; and where one was unsteady before, any gap may be short.
+        if self.second.extra < EXTRA || long - short <= period / 16 || self.unsteady.reported {
             let tolerance = self.tolerance_ns(recording).unwrap_or(Ns::ZERO);
             out.push(Irregular::Sync(cycle, Syn003::Early { gap, period, tolerance }.into()));
         } else if !std::mem::replace(&mut self.second.two, true) {
