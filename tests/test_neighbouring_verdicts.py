@@ -291,3 +291,23 @@ def test_a_counter_that_goes_on_shows_one_producer() -> None:
     counted = [(at, f"080#{place % 10 + 1:02X}") for place, (at, _) in enumerate(sorted(late))]
     capture = diagnosed(log(beats(3, 0.5, 5), counted))
     assert "two-sync-producers" not in {kind for kind, _ in statuses(capture)}, capture.said
+
+
+@pytest.mark.parametrize("period", [0.1, 0.5])
+@pytest.mark.parametrize("answers", [False, True])
+def test_heartbeats_that_do_not_come_again_behind_a_boot_up(period: float, *, answers: bool) -> None:
+    """The node runs and sends TPDOs: its heartbeats were configured by a write, which the restart has undone."""
+    other = [*beats(1, 0.5, 14), *beats(7, 0.2, 14)]
+    before: Frames = [*beats(5, period, 4.0), (4.6, "705#00"), (4.7, "000#0105")]
+    frames: Frames = [(5.0 + place * 0.9 + place * place % 7 / 10, "185#0102") for place in range(9)]
+    asks: Frames = [(9.0, "605#4000100000000000"), (9.001, "585#4300100092010000")] if answers else []
+
+    def told(until: float, *more: Frames) -> bool:
+        rows = [frame for part in (other, before, frames, asks, *more) for frame in part if frame[0] < until]
+        return ("mute-after-boot-up", "open") in statuses(diagnosed(log(rows)))
+
+    assert told(14.0)
+    assert not told(8.0)
+    assert not told(14.0, beats(5, period, 14.0, start=5.2))
+    # Another period than before.
+    assert not told(14.0, beats(5, 3 * period, 14.0, start=5.2))

@@ -1,5 +1,5 @@
-//! Heartbeats that cannot come any more: switched off by a write, missing behind a boot-up with everything else of the
-//! node, or monitored although the node was never there.
+//! Heartbeats that cannot come any more: switched off by a write, not sent again behind a boot-up, or monitored although
+//! the node was never there.
 //!
 //! Heartbeats that stop while they are owed are findings of the checks.
 
@@ -20,7 +20,8 @@ use crate::sdo::transfer::{Direction, Status, Transfer};
 /// Consumer and producer heartbeat time (CiA 301, 7.5.2.18, 7.5.2.19).
 const CONSUMER_TIME: u16 = 0x1016;
 const PRODUCER_TIME: u16 = 0x1017;
-/// Number of periods without any frame of a node behind its boot-up, and minimum time in ns, from which it is mute.
+/// Number of periods without a heartbeat of a node behind its boot-up, and minimum time in ns, from which they do not come
+/// again.
 const MUTE_PERIODS: i64 = 10;
 const MUTE_NS: Ns = Ns::from_s(5);
 /// A period that differs by less than this part is the same, and number of times in a row that show one.
@@ -92,7 +93,8 @@ impl MissingHeartbeats {
             one.ends(scene.at);
         }
         if let Some((period, _)) = self.periods.get(&node) {
-            self.booted.insert(node, (scene.at, *period));
+            let known = scene.bus.heartbeat_period(node).unwrap_or(*period);
+            self.booted.insert(node, (scene.at, known));
         }
     }
 
@@ -122,7 +124,7 @@ impl MissingHeartbeats {
             }
         }
         for (node, (boot_up, period)) in std::mem::take(&mut self.booted) {
-            let silent = scene.heard.last(node) == Some(boot_up);
+            let silent = scene.heard.last_heartbeat(node).is_none_or(|last| last.no <= boot_up.no);
             let long = scene.at.since(boot_up).is_some_and(|since| since >= MUTE_NS.max(period * MUTE_PERIODS));
             let told = scene
                 .ledger
