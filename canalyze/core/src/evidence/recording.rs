@@ -39,6 +39,8 @@ const EXCHANGES: u32 = 64;
 /// Number of exchanges, all in order, after which a missing own frame is not awaited at the end of the capture; and of prompt
 /// ones after which own frames are known to be listed in time for the most part.
 const IN_ORDER: u32 = 16;
+/// The same where all own frames are as late or early as each other.
+const FEW_IN_ORDER: u32 = 4;
 /// The limit for [`Silence::paused`], in tenths of a period.
 const TWO_PERIODS_TENTHS: i64 = 20;
 /// Minimum backward step of the stamps that is a set clock, in ns. Below, two buses or the host's own frames are listed
@@ -175,6 +177,8 @@ struct Echo {
     /// Those in order whose answer came so soon that an own frame listed late would have been listed behind it.
     prompt: u32,
     latest_ns: Ns,
+    /// The shortest time from a request to its answer.
+    shortest_ns: Ns,
 }
 
 impl Recording {
@@ -446,6 +450,8 @@ impl Recording {
 
     /// Records an exchange whose frames are `apart_ns` apart; `in_order`: its request is listed before the answer.
     pub fn exchanged(&mut self, apart_ns: Ns, in_order: bool) {
+        let shortest_ns = if self.echo.exchanges == 0 { apart_ns } else { self.echo.shortest_ns.min(apart_ns) };
+        self.echo.shortest_ns = if in_order { shortest_ns } else { self.echo.shortest_ns };
         self.echo.exchanges = self.echo.exchanges.saturating_add(1);
         if in_order {
             self.echo.prompt = self.echo.prompt.saturating_add(u32::from(apart_ns < LEAST_ECHO_NS));
@@ -471,6 +477,12 @@ impl Recording {
     /// Returns true if the capture lists own frames when they are sent, as far as its exchanges show.
     pub fn lists_in_order(&self) -> bool {
         self.echo.exchanges >= IN_ORDER && self.echo.latest_ns == Ns::ZERO
+    }
+
+    /// Returns true if own frames are less than a time away from their place, which is the same for all of them: as far as its
+    /// exchanges show, none is listed late, and none is stamped early by more than its answer came.
+    pub fn is_closer_than(&self, shift_ns: Ns) -> bool {
+        self.echo.exchanges >= FEW_IN_ORDER && self.echo.latest_ns == Ns::ZERO && self.echo.shortest_ns < shift_ns
     }
 
     /// Returns true if the host lists own frames in time for the most part: single ones may be late all the same.

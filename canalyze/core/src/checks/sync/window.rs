@@ -30,8 +30,10 @@ const ESTABLISHED: u8 = 1;
 const ESTABLISHED_BY_EDS: u8 = 8;
 /// Number of distances in a row that are the same and not those of the transmission type.
 const OTHER_TYPE: u32 = 3;
-/// Number of frames in a row outside the window that no chance of the listing explains.
+/// Number of frames in a row outside the window that no chance of the listing explains: if that is known to be in time, or,
+/// where they are as late each time but for this part of the window, if a few exchanges are.
 const OUTSIDE: u32 = 20;
+const AS_LATE_PART: i64 = 8;
 /// Number of measured gaps before a large tolerance is reported.
 const MEASURED: u64 = 9;
 /// Number of cycles for which a finding waits for the SYNC, or the transmission type, that explains it.
@@ -88,8 +90,10 @@ struct TpdoTrack {
     /// A finding about a frame so late that its own SYNC may be the next one, which is listed later still. The next
     /// frame of the PDO decides.
     late: Option<Box<Finding>>,
-    /// Number of frames in a row that are outside the window of the SYNC listed before them.
+    /// Number of frames in a row that are outside the window of the SYNC listed before them, and their shortest and longest
+    /// delay, in ns.
     outside: u32,
+    delays_ns: (Ns, Ns),
 }
 
 /// The configuration of a PDO.
@@ -338,6 +342,7 @@ impl TpdoTrack {
             other: (0, 0, FrameRef::default()),
             late: None,
             outside: 0,
+            delays_ns: (Ns::ZERO, Ns::ZERO),
         }
     }
 
@@ -431,8 +436,12 @@ impl TpdoTrack {
         });
         let outside = recording.certainly_later(now.when, sync, window + tolerance);
         self.outside = if outside { self.outside.saturating_add(1) } else { 0 };
+        let (least, most) = self.delays_ns;
+        self.delays_ns = if self.outside > 1 { (least.min(delay), most.max(delay)) } else { (delay, delay) };
+        let as_late = self.delays_ns.1 - self.delays_ns.0 <= window / AS_LATE_PART;
         // SYNCs that are listed late by chance are not so one after the other.
-        let always = self.outside >= OUTSIDE && recording.lists_promptly();
+        let in_step = as_late && recording.is_closer_than(delay - window);
+        let always = self.outside >= OUTSIDE && (in_step || recording.lists_promptly());
         let lag_ns = if sync.own && !late && !always { recording.lag_ns() } else { Ns::ZERO };
         let judged =
             (self.configured.needed == ESTABLISHED || self.established()) && now.cycle >= known.period.calm_from();
