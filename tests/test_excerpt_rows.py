@@ -362,3 +362,14 @@ def test_prose_is_no_kind_of_row(canalyze: Runner, tmp_path: Path, form: str) ->
 def test_only_marks_are_marks() -> None:
     assert (omission(b"..."), omission(b"[7 lines skipped]"), omission("\u4ee5\u4e0b\u7565".encode())) == (-1, 7, -1)
     assert [omission(line) for line in (b"", b"# remark", b"nothing was lost", b"\xff\xfe", b"-----")] == [None] * 5
+
+
+@pytest.mark.parametrize("digits", ["02x", "03x", "03X", "08x"])
+def test_an_identifier_that_is_listed_twice_counts_in_hexadecimal(
+    canalyze: Runner, tmp_path: Path, digits: str
+) -> None:
+    """As Wireshark's list does: 133 and 389 are hexadecimal numbers, too."""
+    sent: list[Frame] = [(10 * at, (0x80, 0x85, 0x185, 0x605, 0x705)[at % 5], b"\x05") for at in range(1, 11)]
+    rows = [f"{at / 1000:.6f}  CAN  ID: {it} (0x{it:{digits}}), Length: 1  {data.hex()}" for at, it, data in sent]
+    assert frames_of(canalyze, write(tmp_path / "a.txt", rows)) == sent
+    assert frames_of(canalyze, write(tmp_path / "b.txt", [rows[1]])) == sent[1:2]

@@ -11,7 +11,7 @@ use super::layout::{RowLayout, is_service};
 use super::marked::slcan;
 use super::objects;
 use super::row::{CLASSIC, Row, identifier, length};
-use super::times::unprefixed;
+use super::times::{number, unprefixed};
 use super::words::{Word, is_bus, is_time, side, stamp, words};
 use crate::bytes::ns::Ns;
 use crate::bytes::readers::candump::lex::is_hex;
@@ -102,6 +102,12 @@ pub(super) fn is_meant(line: &[u8]) -> bool {
     behind.iter().filter(|word| is_byte(word.text)).count() > 1
 }
 
+/// Returns true if the second word is the first one, a decimal number, in hexadecimal form.
+fn is_same_in_hex(decimal: &[u8], hex: &[u8]) -> bool {
+    let hex = hex.strip_prefix(b"0x").and_then(|digits| number(digits, 16));
+    hex.is_some() && hex == number(decimal, 10)
+}
+
 /// Reads the row whose identifier is the word at a place.
 fn found<'a>(words: &[Word<'a>], place: usize, known: bool) -> Option<Row<'a>> {
     let word = words.get(place)?;
@@ -114,9 +120,12 @@ fn found<'a>(words: &[Word<'a>], place: usize, known: bool) -> Option<Row<'a>> {
     if !identifier(word.text) || word.text.iter().all(u8::is_ascii_alphabetic) {
         return None;
     }
+    let marked = is_marked(words, place);
+    // `ID: 133 (0x085)`.
+    let again = words.get(place + 1).filter(|next| is_same_in_hex(word.text, next.text));
+    let (word, place) = again.map_or((word, place), |again| (again, place + 1));
     let mut row = Row { end: place + 1, ..Row::default() };
     row.take(Id(16), word.text)?;
-    let marked = is_marked(words, place);
     // Wireshark names the kind of an identifier, and lists no length.
     let kind = place.checked_sub(1).and_then(|before| words.get(before)).filter(|kind| kind.colon);
     let kind = kind.is_some_and(|kind| {
