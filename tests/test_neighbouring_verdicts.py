@@ -311,3 +311,15 @@ def test_heartbeats_that_do_not_come_again_behind_a_boot_up(period: float, *, an
     assert not told(14.0, beats(5, period, 14.0, start=5.2))
     # Another period than before.
     assert not told(14.0, beats(5, 3 * period, 14.0, start=5.2))
+
+
+@pytest.mark.parametrize("period", [0.01, 0.05, 0.2])
+def test_error_frames_up_to_the_end_are_open(period: float) -> None:
+    alive = [*beats(1, 0.1, 12), *beats(5, 0.1, 12, start=0.03)]
+
+    def status(until: float) -> list[str]:
+        errors: Frames = [(2 + at * period, "20000088#0000020000000000") for at in range(int((until - 2) / period))]
+        return [status for kind, status in statuses(diagnosed(log(alive, errors))) if kind == "bus-errors"]
+
+    assert status(12.0) == ["open"]
+    assert status(7.0) == ["ended"]

@@ -547,7 +547,7 @@ impl SdoChannel {
             Phase::Block(block, None) => self.is_block_left(block),
             _ => false,
         };
-        let last = transfer.last;
+        let last = self.newest(transfer);
         if let Some(idle) = cx.at.since(last).filter(|idle| owes && *idle > LEFT_NS) {
             self.find(Sdo026::Left { idle }, last, cx);
         }

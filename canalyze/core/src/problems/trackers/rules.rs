@@ -234,6 +234,8 @@ impl RuleProblems {
                 && finding.measured().is_some_and(|all| all.get("duration").is_some());
             if totals && code == Code::Bus007 {
                 one.measured = finding.measured();
+                // The last of them is at this frame.
+                self.last.iter_mut().filter(|(other, _)| *other == place).for_each(|(_, last)| *last = finding.at);
             }
             if one.kind == kind && because.is_none_or(|frame| one.holds(frame)) && !totals {
                 if one.end.is_some() || matches!(ends, Ends::Once | Ends::Never) {
