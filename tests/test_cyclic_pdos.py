@@ -33,7 +33,7 @@ def tpdo(node: int, gap: float, count: int, start: float = 0.0, *, changes: bool
 
 @pytest.mark.parametrize("cycle", [0.005, 0.02])
 @pytest.mark.parametrize("heartbeat", [0.1, 0.45, 1.0, 3.0])
-@pytest.mark.parametrize("count", [70, 150, 300])
+@pytest.mark.parametrize("count", [110, 150, 300])
 @pytest.mark.parametrize("changes", [False, True])
 def test_one_with_sync(cycle: float, heartbeat: float, count: int, changes: bool) -> None:
     others = (syncs(cycle), tpdo(6, cycle, int(LENGTH / cycle), 0.0012, changes=True))
@@ -45,18 +45,30 @@ def test_one_with_sync(cycle: float, heartbeat: float, count: int, changes: bool
 
 
 @pytest.mark.parametrize("gap", [0.03, 0.1])
-@pytest.mark.parametrize("heartbeat", [None, 0.5, 2.0])
 @pytest.mark.parametrize("count", [45, 100])
-def test_one_by_a_timer(gap: float, heartbeat: float | None, count: int) -> None:
-    alive = beats(5, heartbeat, LENGTH, start=0.013) if heartbeat else []
+def test_one_by_a_timer(gap: float, count: int) -> None:
     others = (beats(1, 0.5, LENGTH), tpdo(6, gap, int(LENGTH / gap), changes=True))
-    assert missing(*others, alive, tpdo(5, gap, count, changes=True)) == ["open"]
+    sent = tpdo(5, gap, count, changes=True)
+    assert missing(*others, sent) == ["open"]
     # At uneven times, or too few times, changes may have made it.
-    uneven = [
-        (at + place * 37 % 11 * gap / 30, data) for place, (at, data) in enumerate(tpdo(5, gap, count, changes=True))
-    ]
-    assert not missing(*others, alive, uneven)
-    assert not missing(*others, alive, tpdo(5, gap, 20, changes=True))
+    uneven = [(at + place * 37 % 11 * gap / 30, data) for place, (at, data) in enumerate(sent)]
+    assert not missing(*others, uneven)
+    assert not missing(*others, tpdo(5, gap, 20, changes=True))
+
+
+@pytest.mark.parametrize("gap", [0.01, 0.03, 0.1])
+@pytest.mark.parametrize("heartbeat", [0.2, 0.5, 2.0])
+def test_a_signal_that_rests(gap: float, heartbeat: float) -> None:
+    """It is sampled while it changes, as a position is: its node goes on, and may have nothing to say."""
+    others = (beats(1, 0.5, LENGTH), tpdo(6, gap, int(LENGTH / gap), changes=True))
+    alive = beats(5, heartbeat, LENGTH, start=0.013)
+    assert not missing(*others, alive, tpdo(5, gap, 60, changes=True))
+    # A timer sends it, since it repeats what it has said.
+    assert missing(*others, alive, tpdo(5, gap, 60, changes=False)) == ["open"]
+    # Nothing comes of the node any more; its heartbeats are not missed at once.
+    dead = [frame for frame in alive if frame[0] < 60 * gap]
+    kinds = statuses(diagnosed(log(*others, dead, tpdo(5, gap, 60, changes=True))))
+    assert any(status == "open" for _, status in kinds)
 
 
 @pytest.mark.parametrize("away", [0.3, 1.5, 4.0])

@@ -189,7 +189,8 @@ impl Checks {
         self.nodes.settle(cx);
         if let Some(now_ns) = frame.t_ns {
             self.pass(now_ns, true, cx);
-            self.pdo_timing.advance(now_ns, cx);
+            let nodes = &self.nodes;
+            self.pdo_timing.advance(now_ns, |node| nodes.heard_last(node), cx);
             self.srdos.advance(now_ns, cx);
             self.sync.heard(now_ns);
         }

@@ -93,6 +93,11 @@ impl Nodes {
         self.nmt.state(node)
     }
 
+    /// Returns the last frame of a node, as far as it is known by that to be there.
+    pub fn heard_last(&self, node: u8) -> Option<FrameRef> {
+        self.nmt.heard(node)
+    }
+
     /// Returns the last frame in which a node has reported its state, if that is Operational.
     pub fn operational(&self, node: u8) -> Option<FrameRef> {
         self.nmt.last_report(node).filter(|_| self.nmt.shown_last(node) == Some(OPERATIONAL))

@@ -114,6 +114,11 @@ impl Context<'_> {
         if !self.evidence.pending.is_watched(finding.node) || !self.evidence.recording.teaches(self.when) {
             return self.report_timed(finding);
         }
+        self.report_if_lost(finding);
+    }
+
+    /// Reports a finding about a node at its next sign of life, where it is not withdrawn, or at the end.
+    pub fn report_if_lost(&mut self, finding: Finding) {
         if let Some(finding) = self.evidence.pending.keep(finding, Until::Alive, self.when) {
             self.report(finding);
         }

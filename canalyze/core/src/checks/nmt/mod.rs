@@ -224,6 +224,11 @@ impl Nmt {
         self.nodes.get(node).is_some_and(|node_state| node_state.present)
     }
 
+    /// Returns the last frame of a node.
+    pub fn heard(&self, node: u8) -> Option<FrameRef> {
+        self.nodes.get(node)?.heard
+    }
+
     /// Takes a frame of a node.
     pub fn present(&mut self, node: u8, at: FrameRef) {
         Self::meet(&mut self.nodes, self.broadcast, node, at);

@@ -17,6 +17,7 @@ use crate::bytes::frame::FrameRef;
 use crate::bytes::ns::Ns;
 use crate::checks::PdoName;
 use crate::checks::limits::NO_SYNC_NS;
+use crate::checks::pdo::configuration::pdo_parameter;
 use crate::evidence::obligation::Owed;
 use crate::evidence::period::Timer;
 use crate::evidence::{Obligations, Rules, When};
@@ -46,6 +47,8 @@ const EVENT_DRIVEN: u8 = 254;
 /// Number of learnt event timers, and minimum time in ns, without a TPDO after which it has stopped.
 const STOPPED: i64 = 10;
 const STOPPED_NS: Ns = Ns::from_s(1);
+/// Number of those timers behind a TPDO that may be sent by changes, after which a frame of its node shows that it rests.
+const RESTS: i64 = 2;
 /// Part by which a TPDO that is sent with each SYNC may differ from the cycle.
 const CYCLE_PART: i64 = 8;
 /// Number of gaps in a row, alike up to this part of them, that show a longer interval than that of the event timer, and
@@ -181,7 +184,7 @@ impl PdoTiming {
     /// Judges the time up to a frame.
     fn came(&mut self, name: TimingKey, cx: &mut Context<'_>) {
         if let Some(owed) = self.due.met(name)
-            && !self.overdue(name, owed, cx)
+            && (self.rests(name, Some(cx.at)) || !self.overdue(name, owed, cx))
             && let Some(sent) = self.get_mut(name)
         {
             sent.overdue.keep();
@@ -204,19 +207,27 @@ impl PdoTiming {
 
     /// Reports PDOs that should have come before the current frame.
     #[inline]
-    pub fn advance(&mut self, now_ns: Ns, cx: &mut Context<'_>) {
+    pub fn advance(&mut self, now_ns: Ns, heard: impl Fn(u8) -> Option<FrameRef>, cx: &mut Context<'_>) {
         if self.due.may_be_due(now_ns) {
-            self.judge_due(cx);
+            self.judge_due(heard, cx);
         }
     }
 
-    fn judge_due(&mut self, cx: &mut Context<'_>) {
+    fn judge_due(&mut self, heard: impl Fn(u8) -> Option<FrameRef>, cx: &mut Context<'_>) {
         for (name, owed) in self.due.due(cx.when, &cx.evidence.recording) {
-            if !self.overdue(name, owed, cx) {
+            if self.rests(name, heard(name.0)) || !self.overdue(name, owed, cx) {
                 // Only the silence of the bus was too long, so the time restarts at its end.
                 self.due.open(name, Owed { since: cx.when, ..owed });
             }
         }
+    }
+
+    /// Returns true if a TPDO may have been sent by changes, which rest: its node was `heard` long behind it.
+    fn rests(&mut self, name: TimingKey, heard: Option<FrameRef>) -> bool {
+        let Some(sent) = self.get_mut(name) else { return false };
+        let changes = sent.learnt.as_ref().is_some_and(|learnt| learnt.timer.may_be_changes());
+        let since = heard.zip(sent.when).and_then(|(heard, last)| heard.since(last.at));
+        changes && since.is_some_and(|since| since > sent.timer_ns * RESTS)
     }
 
     /// Reports a PDO that has certainly not come in time; returns true if it did.
@@ -253,7 +264,14 @@ impl PdoTiming {
             false => Pdo013::Overdue { found, limit }.into(),
         };
         let finding = cx.verdict(what, Some(node), Some(object), Some(last.at));
-        cx.report_of_node(Finding { because_of: sent.overdue.fault(cx.at), ..finding });
+        let finding = Finding { because_of: sent.overdue.fault(cx.at), ..finding };
+        // A node that has reported its state will do so again, though its period may not be known yet.
+        let reports = self.operational.contains_key(&node);
+        if sent.learnt.as_ref().is_some_and(|learnt| learnt.timer.may_be_changes()) && reports {
+            cx.report_if_lost(finding);
+        } else {
+            cx.report_of_node(finding);
+        }
         true
     }
 
@@ -278,6 +296,9 @@ impl PdoTiming {
         if state == OPERATIONAL {
             let now = Moment { when: cx.when, syncs: self.syncs };
             self.operational.entry(node).or_insert((now, now)).1 = now;
+            if cx.evidence.pending.holds(Code::Pdo005, Some(node)) {
+                self.withdraw_resting(node, cx);
+            }
         } else {
             if self.operational.remove(&node).is_some() && !halted {
                 self.fallen.insert(node, cx.at);
@@ -285,6 +306,16 @@ impl PdoTiming {
             self.pause(Some(node));
             cx.evidence.pending.explain(cx.at, |it| it.code == Code::Pdo005 && it.node == Some(node));
         }
+    }
+
+    /// Withdraws what waits for a sign of life of a node about TPDOs that may rest.
+    #[cold]
+    fn withdraw_resting(&mut self, node: u8, cx: &mut Context<'_>) {
+        let mut resting = |finding: &Finding| {
+            let number = finding.object.and_then(|mux| pdo_parameter(mux.index)).map(|(_, _, number)| number);
+            number.is_some_and(|number| self.rests((node, true, number), Some(cx.at)))
+        };
+        cx.evidence.pending.withdraw(|one| one.code == Code::Pdo005 && one.node == Some(node) && resting(one));
     }
 
     /// Stops one node, or all: the next time is unknown, the punctuality is kept.

@@ -36,6 +36,11 @@ impl Timer {
         self.even = if reaches { self.even.saturating_add(1) } else { 0 };
     }
 
+    /// Returns true if changes alone may have made the even times: a signal that is sampled, and rests later.
+    pub fn may_be_changes(&self) -> bool {
+        self.reached < SHOWN
+    }
+
     /// Returns the time in ns, once it is shown.
     pub fn ns(&self) -> Option<Ns> {
         (self.reached >= SHOWN || self.even >= EVEN).then_some(self.longest_ns)

@@ -23,7 +23,7 @@ use crate::world::event::ProcessData;
 const CYCLES: u32 = 20;
 /// Number of cycles with the data of the one before, or of cycles in all, after which it is not sent by changes.
 const UNCHANGED: u32 = 10;
-const MANY: u32 = 3 * CYCLES;
+const MANY: u32 = 5 * CYCLES;
 /// Number of even gaps in a row that a sender by time makes, the part of a gap by which even ones differ at most, and the
 /// number of heartbeats of the node, each so many gaps later, without the RPDO.
 const EVEN: u32 = 50;
