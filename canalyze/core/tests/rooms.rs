@@ -49,7 +49,7 @@ const BUDGETS: &[(&str, usize)] = &[
     // With descriptions as rows of Python's tuples, and parts of bytes, which are fed without a copy.
     ("python", 1_260),
     // With TPDOs against their configuration, and sentences about SRDOs that stop. With transfers that their client leaves.
-    ("rules", 1_730),
+    ("rules", 1_735),
     // With requests that a client gives up, servers that are mute beside others, and late acknowledgements. With
     // transfers that their client leaves, and channels that are SDO since their node reports its state.
     ("sdo", 4_690),
@@ -64,7 +64,7 @@ const BUDGETS: &[(&str, usize)] = &[
     // themselves. With the silences of a node between its heartbeats, beside which a late heartbeat is the smaller part, and
     // nodes without heartbeats that are never started. With requests for one object that are never served, and boot-ups of the
     // only node while they follow each other. With a SYNC that is unsteady before it stops.
-    ("problems", 7_130),
+    ("problems", 7_135),
     // With JSON objects and rows of CSV in parts, since most of them is as in an earlier line, and selections that are found
     // without a search.
     ("tables", 6_610),

@@ -78,5 +78,8 @@ rules! {
         message "复位后没有启动报文" "no boot-up after a reset";
         Missing { command: Command, age: Ns }
             "NMT命令“{command}”发出后{age}没有启动报文" "no boot-up for {age} after NMT command \"{command}\"";
+        Unclear [sender = "perhaps_the_master"] { command: Command, age: Ns }
+            "NMT命令“{command}”发出后{age}没有启动报文; 该节点也可能就是主站"
+            "no boot-up for {age} after NMT command \"{command}\"; the node may be the master itself";
     }
 }

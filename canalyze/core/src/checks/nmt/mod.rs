@@ -482,16 +482,16 @@ impl Nmt {
             let others =
                 || self.nodes.iter().filter(|(id, other)| *id != node && other.present).map(|(_, other)| other);
             let alone = !others().any(|other| other.goes_on_unmanaged(owed.since.at));
-            let left_out = others().count() > 1 && others().all(|other| other.asked);
+            let left_out = others().filter(|other| other.asked).count() > 1;
             let Some(node_state) = self.nodes.get_mut(node) else { continue };
             let heard = node_state.heard.is_some_and(|heard| heard.no > owed.since.at.no);
             // The master does not reset itself; and if no node reports its state, boot-ups are not recorded.
             let goes_on = alone && node_state.goes_on_unmanaged(owed.since.at);
-            if heard && (node_state.may_be_master() || goes_on || !self.shows_states)
-                || left_out && node_state.has_only_booted()
-            {
+            if heard && (node_state.may_be_master() || goes_on || !self.shows_states) {
                 continue;
             }
+            // A master without heartbeats, which asks the others, or a slave that is gone.
+            let unclear = left_out && node_state.has_only_booted();
             if let Some(command) = node_state.command.as_mut().filter(|command| command.state == 0) {
                 command.judged = true;
             }
@@ -500,7 +500,8 @@ impl Nmt {
             }
             let command = node_state.reset.specifier;
             let age = cx.evidence.recording.between(owed.since, cx.when).unwrap_or(Ns::ZERO);
-            cx.raise(Nmt006::Missing { command, age }, Some(node), None, owed.why);
+            let what = if unclear { Nmt006::Unclear { command, age } } else { Nmt006::Missing { command, age } };
+            cx.raise(what, Some(node), None, owed.why);
         }
     }
 

@@ -590,7 +590,7 @@ fn lacks(finding: &Finding) -> bool {
 }
 
 /// Returns a word that the sentence of a finding always has, by its name in machine output.
-fn constant(finding: &Finding, wanted: &str) -> Option<&'static str> {
+pub(super) fn constant(finding: &Finding, wanted: &str) -> Option<&'static str> {
     let measured = finding.measured()?;
     let (_, value) = measured.variant.constants.iter().find(|(name, _)| *name == wanted)?;
     Some(value.trim_matches('"'))

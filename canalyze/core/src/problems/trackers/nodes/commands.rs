@@ -11,6 +11,7 @@ use crate::problems::sayings::Saying;
 use crate::problems::scene::Scene;
 use crate::problems::trackers::AGAIN_NS;
 use crate::problems::trackers::commanded::Commanded;
+use crate::problems::trackers::rules::constant;
 use crate::rules::finding::{Code, Finding, Quantity};
 
 /// Number of RPDOs to a node that is not Operational beyond the start of a controller.
@@ -148,6 +149,7 @@ impl NodeProblems {
         let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), begin, finding.at) else { return };
         if let Some(one) = scene.ledger.get_mut(place) {
             one.clue.because_of = finding.because_of.map(|at| at.no);
+            one.clue.unsettled = constant(finding, "sender").is_some();
             if let Some(command) = finding.measured().and_then(|all| all.get("command")) {
                 one.fact("command", command);
                 if let Quantity::Command(command) = command {
