@@ -65,8 +65,8 @@ mod tests {
 
     #[test]
     fn few_changes_show_none() {
-        assert_eq!(taught(&[(200, false); 40]), None);
-        assert_eq!(taught(&[(200, false); 41]), Some(200));
+        assert_eq!(taught(&[(200, false); 39]), None);
+        assert_eq!(taught(&[(200, false); 40]), Some(200));
         let uneven: Vec<_> = (0..400).map(|at| (200 - at % 40, false)).collect();
         assert_eq!(taught(&uneven), None);
         assert_eq!(taught(&[(200, true); 9]), None);
