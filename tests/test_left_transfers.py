@@ -1,7 +1,7 @@
 """SDO transfers that their client leaves without an abort (SDO026), at each step and after each time.
 
-Beside them those that it does not leave. The client is the next to send: a request that is not answered is the server's.
-What ends in time, is aborted, or is cut by the end of the capture is not left.
+Beside them those that it does not leave. The client is the next to send: a request that is not answered is the
+server's. What ends in time, is aborted, or is cut by the end of the capture is not left.
 """
 
 from __future__ import annotations
