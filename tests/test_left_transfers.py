@@ -28,10 +28,10 @@ BLOCK_READ += ["605#A204040000000000", "585#C100000000000000", "605#A10000000000
 BEFORE: Frames = [(0.1, "605#4000100000000000"), (0.101, "585#4300100092010000")]
 
 
-def left(frames: list[str], after: float, more: Frames = ()) -> bool:
+def left(frames: list[str], after: float, more: Frames | None = None) -> bool:
     """Whether a transfer of these frames is told to be left, where the capture goes on for a time in s."""
     rows: Frames = [(1.0 + place / 1000, frame) for place, frame in enumerate(frames)]
-    said = analyze(log(BEFORE, rows, list(more), beats(5, 0.1, 1.0 + after))).findings
+    said = analyze(log(BEFORE, rows, more or [], beats(5, 0.1, 1.0 + after))).findings
     return any(one["code"] == "SDO026" for one in said)
 
 
