@@ -4,7 +4,7 @@
 //! a silence of the whole bus a timer runs on from its end.
 //!
 //! An event timer that nobody has named is learnt ([`Timer`]). As the sender may have other reasons to wait, only many
-//! of its times without the TPDO count, while SYNC, if any, goes on; the loss of its node explains it.
+//! of its times without the TPDO count, while its node gives signs of life and SYNC, if any, goes on.
 //!
 //! A TPDO that comes at one longer interval is one fault, and that interval is awaited then. This is judged at the end, as
 //! is a TPDO that the configuration in the capture asks for, by its event timer or with SYNC, and that never comes. The
@@ -248,7 +248,7 @@ impl PdoTiming {
         // A TPDO that is learnt may come with SYNC.
         let learnt = sent.learnt.is_some();
         let without_sync = |sync: When| recording.between(sync, cx.when).is_none_or(|ns| ns > owed.limit_ns / 2);
-        if learnt && self.sync.is_some_and(without_sync) {
+        if learnt && (!cx.evidence.pending.is_watched(Some(node)) || self.sync.is_some_and(without_sync)) {
             return false;
         }
         let excused = held_back
