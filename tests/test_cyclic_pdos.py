@@ -1,4 +1,4 @@
-"""TPDOs of which nobody says when they are sent, and that stop: sent with SYNC, or by a timer. And those that may stop.
+"""TPDOs of unknown transmission type that stop, sent with SYNC or by a timer. And those that may stop.
 
 Each over cycles, over periods of the node's heartbeats, which come at another time behind the last TPDO each, and over
 the number of frames before.
@@ -61,7 +61,7 @@ def test_a_signal_that_rests(gap: float, heartbeat: float) -> None:
 @pytest.mark.parametrize("away", [0.3, 1.5, 4.0])
 @pytest.mark.parametrize("first", [0.0, 0.015])
 def test_a_node_that_comes_back(away: float, first: float) -> None:
-    """Its first frame may be a heartbeat: that it is away is said, and not that it sends no TPDO."""
+    """Its first frame may be a heartbeat. The problem is its absence, and not a missing TPDO."""
     back = 4.0 + away
     node = beats(5, 0.1, 4.0, start=0.003) + beats(5, 0.1, LENGTH, start=back)
     pdos = tpdo(5, 0.02, 200, 0.001, changes=True) + tpdo(

@@ -50,7 +50,7 @@ def test_requests_that_are_too_short(length: int, count: int) -> None:
 
 
 def test_one_direction_alone() -> None:
-    """Whether a server has answered is not known."""
+    """The other direction may have been left out by a filter."""
     objects = [(2.0 + place / 100, f"606#40{place:02X}200000000000") for place in range(30)]
     assert not codes(objects, beats(6, 0.5, 8.0))
     answers = [(2.0 + place / 100, f"586#4B{place:02X}200037060000") for place in range(30)]

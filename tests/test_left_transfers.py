@@ -29,7 +29,7 @@ BEFORE: Frames = [(0.1, "605#4000100000000000"), (0.101, "585#4300100092010000")
 
 
 def left(frames: list[str], after: float, more: Frames | None = None) -> bool:
-    """Whether a transfer of these frames is told to be left, where the capture goes on for a time in s."""
+    """Returns true if SDO026 is raised for these frames, where the capture goes on for a time in s."""
     rows: Frames = [(1.0 + place / 1000, frame) for place, frame in enumerate(frames)]
     said = analyze(log(BEFORE, rows, more or [], beats(5, 0.1, 1.0 + after))).findings
     return any(one["code"] == "SDO026" for one in said)
@@ -48,7 +48,7 @@ def test_a_client_that_stops(frames: list[str], step: int, after: float) -> None
     assert not left(frames[:step], 4.5)
     abort = f"605#80{frames[0][6:12]}00000008"
     assert not left([*frames[:step], abort], after)
-    # It asks for something else, which is said otherwise.
+    # It asks for something else: SDO008.
     assert not left(frames[:step], after, [(3.0, "605#4000100000000000"), (3.001, "585#4300100092010000")])
     # The server boots.
     assert not left(frames[:step], after, [(2.0, "705#00")])

@@ -209,5 +209,5 @@ def test_of_two_that_do_not_obey_one_is_no_master() -> None:
 
 
 def test_a_node_that_is_gone_behind_a_reset() -> None:
-    """Nobody is configured, so nothing shows that it is the master."""
+    """No node is configured, so nothing shows that it is the master."""
     assert problems(switched_on(heartbeats=False, configures=False)) == [("no-boot-up", MASTER)]

@@ -43,7 +43,7 @@ def test_a_clock_that_stands_still_or_runs_at_another_rate(every: float, rate: f
 @pytest.mark.parametrize("since", [10.0, 60.0])
 def test_a_clock_that_stops_is_told_from_there(every: float, since: float) -> None:
     first, *_ = about_the_clock(lambda at: min(at, since), every)
-    # So many TIMEs come before, and a heartbeat behind each second.
+    # These TIMEs come before, and a heartbeat behind each second.
     assert first == round(since / every) + 1 + round(since)
 
 

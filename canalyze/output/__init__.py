@@ -50,7 +50,7 @@ def commandless(lines: bytes) -> bytes:
     """Escapes commands of CI runners in lines: `::` at the beginning of a line, `##[` or `##vso[` anywhere."""
     try:
         from canalyze._core import may_hold_command
-    except ImportError:  # that there is no core is said as well
+    except ImportError:  # the line about a missing core is written, too
         pass
     else:
         if not may_hold_command(lines):

@@ -482,7 +482,7 @@ impl Nmt {
             let others =
                 || self.nodes.iter().filter(|(id, other)| *id != node && other.present).map(|(_, other)| other);
             let alone = !others().any(|other| other.goes_on_unmanaged(owed.since.at));
-            let left_out = others().filter(|other| other.asked).count() > 1;
+            let configures = others().filter(|other| other.asked).count() > 1;
             let Some(node_state) = self.nodes.get_mut(node) else { continue };
             let heard = node_state.heard.is_some_and(|heard| heard.no > owed.since.at.no);
             // The master does not reset itself; and if no node reports its state, boot-ups are not recorded.
@@ -491,7 +491,7 @@ impl Nmt {
                 continue;
             }
             // A master without heartbeats, which asks the others, or a slave that is gone.
-            let unclear = left_out && node_state.has_only_booted();
+            let unclear = configures && node_state.has_only_booted();
             if let Some(command) = node_state.command.as_mut().filter(|command| command.state == 0) {
                 command.judged = true;
             }

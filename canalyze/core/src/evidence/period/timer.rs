@@ -11,7 +11,7 @@ const EVEN_PART: i64 = 16;
 /// Number of unchanged frames after the longest gap that show a timer.
 const SHOWN: u32 = 10;
 
-/// Number of frames in a row, all of which may be changed, after gaps of that length that show one.
+/// Number of frames in a row after gaps of that length that show a timer, even if each frame is changed.
 const EVEN: u32 = 40;
 
 /// A timer that is being learnt.
